@@ -18,7 +18,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
-use mauve_timing::{Rounding, Time, with_time};
+use mauve_timing::{CpuSet, Rounding, Time, with_time};
 use mauve_wcrt::{TableSet, Timed, WhatIfField, executed_times, files_of};
 use rustc_hash::FxHashSet;
 
@@ -279,10 +279,22 @@ pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) ->
     let mut change = Change::default();
     let Some(data) = deployment(db, of) else { return change };
     let place = |id| Location::Source(of, id);
+    let has = |all: &[Field], field: ActivityField| all.iter().any(|it| it.name.name == field.keyword());
+    let any_has = |field| data.activities.iter().any(|it| has(&it.fields, field));
+    let lists_cpus = any_has(ActivityField::Cpus) && !any_has(ActivityField::Affinity);
     for WhatIfField { instance, field, value } in fields {
         let Some(activity) = data.activities.iter().find(|it| it.executes(instance)) else {
             continue;
         };
+        // CPUs have the form of the activity, otherwise that of the others.
+        let lists_cpus = has(&activity.fields, ActivityField::Cpus)
+            || lists_cpus && !has(&activity.fields, ActivityField::Affinity);
+        let cpus = value.parse::<u128>().ok().filter(|_| *field == ActivityField::Affinity && lists_cpus);
+        let list = cpus.map(|cpus| {
+            let cpus: Vec<String> = CpuSet(cpus).iter().map(|cpu| (cpu + 1).to_string()).collect();
+            Name::from(format!("[{}]", cpus.join(", ")))
+        });
+        let (field, value) = list.as_ref().map_or((field, value), |list| (&ActivityField::Cpus, list));
         let written = format!("{} = {value}", field.keyword());
         let file = place(activity.name.id).file(db);
         let range = |id| place(id).range(db);
@@ -369,6 +381,32 @@ mod tests {
               activity c { affinity = 1 priority = 1 }
             }"#]]
         .assert_eq(&edited);
+    }
+
+    #[test]
+    fn cpus_are_written_as_the_file_writes_them() {
+        let edited = |text: &str| {
+            let Fixture { db, workspace, file, .. } = Fixture::new(text);
+            let of = names_of(&db, projects(&db, workspace)[0]).anywhere(Kind::Deployment, "D")[0];
+            let field = |instance: &str, value: &str| WhatIfField {
+                instance: instance.into(),
+                field: ActivityField::Affinity,
+                value: value.into(),
+            };
+            edit_of_fields(&db, of, &[field("a", "2"), field("b", "5")]).applied(&db, file)
+        };
+        for (a, b, new_a, new_b) in [
+            ("cpus = [1]", "", "cpus = [2]", "cpus = [1, 3] "),
+            ("cpus = [1]", "affinity = 1 ", "cpus = [2]", "affinity = 5 "),
+            ("affinity = 1", "", "affinity = 2", "affinity = 5 "),
+        ] {
+            let text = |a: &str, b: &str| {
+                format!(
+                    "deployment D {{ activity a {{ {a} priority = 1 }} activity b {{ {b}priority = 2 }} }}"
+                )
+            };
+            assert_eq!(edited(&text(a, b)), text(new_a, new_b));
+        }
     }
 
     #[test]
