@@ -35,3 +35,4 @@ mod trace_import;
 mod tune;
 mod waits_and_locks;
 mod what_if;
+mod widths;

@@ -55,13 +55,7 @@ fn a_limit_of_a_chain_that_is_not_proved_fails() {
         ("late", &passing, chain("latency = \"20 ms\"\n"), 1, "; the limit of the chain is not proved\n"),
     ] {
         let found = run(name, robot, &config, &["check"]);
-        assert!(
-            found.code == code && found.out.contains(part),
-            "{name}: {} {}{}",
-            found.code,
-            found.out,
-            found.err
-        );
+        assert!(found.code == code && found.has(part), "{name}: {} {}{}", found.code, found.out, found.err);
     }
 }
 

@@ -42,8 +42,8 @@ fn check_shows_the_sample_without_a_fault() {
     let found = run(&["check", "p3dx"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
     assert!(
-        found.out.contains("no errors, no warnings")
-            && found.out.contains(
+        found.has("no errors, no warnings")
+            && found.has(
                 "; all 9 deadlines are proved, if the 35 execution times hold and no codel waits; at 1e-4, about 16 executions an \
                  hour may exceed their times\n"
             ),
@@ -318,7 +318,7 @@ fn nothing_is_proved_while_there_is_an_error() {
         let files = [("robot.mal", text.as_str()), ("mauve.toml", config.as_str())];
         let found = run_in("lowered", &files, &["check"]);
         let end = format!("{counted}; 2 of 2 deadlines are met, but none is proved: fix the errors first\n");
-        assert!(found.out.contains(&end), "{}", found.out);
+        assert!(found.has(&end), "{}", found.out);
         assert_eq!(found.code, 1);
         assert_eq!(run_in("lowered", &files, &["wcrt"]).code, 1);
     }
@@ -429,7 +429,7 @@ fn wcrt_as_csv_and_explained() {
         "job 5 of the busy window has the largest response time: it ends 518 ms after",
         "iteration 4 exceeds the deadline, 500 ms after the start of the busy window: 310 ms → 440 ms → 492 ms → 518 ms\n",
     ] {
-        assert!(explained.out.contains(part), "{part} in {}", explained.out);
+        assert!(explained.has(part), "{part} in {}", explained.out);
     }
     let checked = run_in("late-job", &late, &["check"]);
     let message = "`b` misses its deadline: ✗ 118 / 100 ms; largest interference: `a`, 208 ms (8 jobs) in the busy window of 518 ms, 5 jobs of `b`";

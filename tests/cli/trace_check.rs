@@ -174,7 +174,7 @@ fn expect(name: &str, periods: &[Period], has: Has, expected: &[(&str, &str)], m
         expected.iter().map(|(one, other)| ((*one).to_owned(), (*other).to_owned())).collect();
     assert_eq!(found, expected, "{name}, {has:?}: {}", table.out);
     assert_eq!(table.code, i32::from(!found.is_empty()));
-    assert!(table.out.contains(message), "{name}, {has:?}: {}", table.out);
+    assert!(table.has(message), "{name}, {has:?}: {}", table.out);
 }
 
 #[test]
@@ -427,7 +427,7 @@ fn interference_is_named() {
     let found = codes(&document);
     assert!(found.contains(&("pose".to_owned(), "response".to_owned())), "{}", table.out);
     let message = "`hokuyo` executed 90.00 ms in 1 period, and the bound counts 43.00 ms in 1 period";
-    assert!(table.out.contains(message), "{}", table.out);
+    assert!(table.has(message), "{}", table.out);
 }
 
 /// A deployment of two components with a port, and their times.
@@ -509,7 +509,7 @@ fn waits_and_ports_are_told_from_preemption() {
         "codel `arm.read_state` waited for up to 2.000 ms",
         "note: threads named `pool`, which are not instances, used 50.00 ms of CPU time in each second",
     ] {
-        assert!(table.out.contains(expected), "{expected}: {}", table.out);
+        assert!(table.has(expected), "{expected}: {}", table.out);
     }
 
     // With these lines in the table, the driver is as modelled; a shorter wait or access is not.
@@ -520,14 +520,14 @@ fn waits_and_ports_are_told_from_preemption() {
     };
     let (table, document) = complete("2", "0.3");
     assert!(!codes(&document).iter().any(|(instance, _)| instance == "driver"), "{}", table.out);
-    assert!(table.out.contains("port arm.Driver.state  "), "{}", table.out);
+    assert!(table.has("port arm.Driver.state  "), "{}", table.out);
     let (table, document) = complete("1.9", "0.3");
     assert!(codes(&document).contains(&of("driver", "wait")), "{}", table.out);
-    assert!(table.out.contains("for up to 2.000 ms, and the tables have 1.900 ms;"), "{}", table.out);
+    assert!(table.has("for up to 2.000 ms, and the tables have 1.900 ms;"), "{}", table.out);
     let (table, document) = complete("2", "0.2");
     assert!(codes(&document).contains(&of("—", "execution-time")), "{}", table.out);
     assert!(
-        table.out.contains("port `arm.Driver.state` exceeded its time of 200.0 µs in 200 of 200"),
+        table.has("port `arm.Driver.state` exceeded its time of 200.0 µs in 200 of 200"),
         "{}",
         table.out
     );
@@ -857,7 +857,8 @@ fn nothing_observed_is_a_finding() {
     for (name, files, path, codes, said) in all {
         let (code, found, text) = beside_two(name, files, path);
         assert_eq!((code, found), (1, codes.iter().map(|it| (*it).to_owned()).collect()), "{name}: {text}");
-        assert!(text.contains("  ✗ no execution of D was observed") && text.contains(said), "{name}: {text}");
+        let shown = Run { out: text.clone(), err: String::new(), code };
+        assert!(text.contains("  ✗ no execution of D was observed") && shown.has(said), "{name}: {text}");
         assert!(!text.contains('✓'), "{name}: {text}");
     }
 }

@@ -33,6 +33,14 @@ pub fn mauve(binary: &str, folder: &Path, arguments: &[&str]) -> Run {
     }
 }
 
+impl Run {
+    /// Returns whether standard output has this text, in whichever lines.
+    pub fn has(&self, text: &str) -> bool {
+        let in_a_line = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        in_a_line(&self.out).contains(&in_a_line(text))
+    }
+}
+
 /// Runs git in `folder`, with no configuration but that of the repository.
 ///
 /// # Panics

@@ -153,15 +153,24 @@ pub(crate) fn padded(text: &str, columns: usize) -> String {
 }
 
 /// Returns a text in lines of at most so many columns, each line but the first with this indentation. Words are not broken.
-pub(crate) fn in_columns(text: &str, columns: Option<usize>, indentation: &str) -> String {
+pub fn in_columns(text: &str, columns: Option<usize>, indentation: &str) -> String {
     in_width(text, columns.map_or(f64::INFINITY, |columns| columns as f64), indentation, cells)
 }
 
 /// Returns a text in lines that are at most so wide.
 pub(crate) fn in_width(text: &str, most: f64, indentation: &str, width_of: impl Fn(&str) -> f64) -> String {
     let (mut out, mut width) = (String::new(), 0.0);
-    for word in text.split_inclusive(' ') {
-        if width + width_of(word.trim_end()) > most && !out.trim_end().is_empty() {
+    // Code, such as a command, is one word.
+    let mut is_code = false;
+    let words = text.split_inclusive(|letter| {
+        is_code ^= letter == '`';
+        letter == ' ' && !is_code
+    });
+    let mut words = words.peekable();
+    while let Some(word) = words.next() {
+        let unit = words.peek().filter(|next| is_unit(next)).map_or("", |next| next.trim_end());
+        let end = if unit.is_empty() { word.trim_end() } else { word };
+        if width + width_of(end) + width_of(unit) > most && !out.trim_end().is_empty() {
             out.truncate(out.trim_end().len());
             out = out + "\n" + indentation;
             width = width_of(indentation);
@@ -170,6 +179,11 @@ pub(crate) fn in_width(text: &str, most: f64, indentation: &str, width_of: impl 
         width += width_of(word);
     }
     out
+}
+
+/// A number and its unit are in one line.
+fn is_unit(word: &str) -> bool {
+    ["ms", "µs", "ns", "s", "%"].contains(&word.trim_end().trim_end_matches([',', ';', '.', ':', ')']))
 }
 
 #[cfg(test)]

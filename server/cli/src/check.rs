@@ -31,7 +31,7 @@ use self::verdict::{Suppressed, deadlines, is_proof_missing, limits, supports};
 use super::wcrt;
 use crate::lines::{Lines, clamp};
 use crate::options::Paths;
-use crate::text::{counted, shown};
+use crate::text::{counted, shown, wrapped};
 use crate::verify::check_certificate;
 
 #[derive(Debug, clap::Args)]
@@ -182,7 +182,7 @@ impl CheckCommand {
                 let verdict = deadlines(&deployed, &suppressed) + &supports(&deployed) + &limits(&deployed);
                 let said = verified.as_ref().map(|(said, _)| format!("certificate: {}\n", harmless(said)));
                 let said = said.unwrap_or_default();
-                parts.push(format!("{found}; {verdict}\n{said}{pages}"));
+                parts.push(wrapped(&format!("{found}; {verdict}\n{said}{pages}")));
                 parts.join("\n")
             }
         };

@@ -8,7 +8,7 @@ use mauve_projects::json::{non_empty, object};
 use mauve_timing::{Status, Time};
 use serde::Serialize;
 
-use crate::text::{columns, counted};
+use crate::text::{columns, counted, wrapped};
 
 /// Returns a table of what changed, under the name of the deployment.
 pub(super) fn comparison_table(it: &Comparison) -> String {
@@ -21,7 +21,7 @@ pub(super) fn comparison_table(it: &Comparison) -> String {
         out += &columns(&[head, "before", "after", ""], rows.iter().map(row));
     }
     out.extend(lines(it).into_iter().map(|it| format!("  {it}\n")));
-    out
+    wrapped(&out)
 }
 
 /// The maximum number of rows of a table in Markdown: a forge refuses long comments.

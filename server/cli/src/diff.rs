@@ -23,7 +23,7 @@ use crate::comparison::{
 };
 use crate::errors::missing;
 use crate::options::level;
-use crate::text::counted;
+use crate::text::{counted, wrapped};
 
 #[derive(Debug, clap::Args)]
 pub struct Diff {
@@ -85,7 +85,8 @@ impl Diff {
                 })?
             }
             DiffFormat::Text => harmless(
-                &sections(&all, format!("{before} → {after}: {summary}\n"), comparison_table).join("\n"),
+                &sections(&all, wrapped(&format!("{before} → {after}: {summary}\n")), comparison_table)
+                    .join("\n"),
             ),
             DiffFormat::Markdown => {
                 let is_proved = all.iter().filter_map(|it| it.after.as_ref()).all(Figures::schedulable);

@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 
 use crate::errors::{host_called, missing, names_in, say_errors};
 use crate::options::{DrawingFormat, level};
-use crate::text::columns;
+use crate::text::{columns, wrapped};
 
 #[derive(Debug, clap::Args)]
 #[command(override_usage = "mauve psm [OPTIONS] [PATH] [COMPONENT]")]
@@ -209,7 +209,7 @@ fn list<'db>(
     }
     let header = ["component", "states", "edges", "execution time in ms"];
     let table = columns(&header, rows);
-    Ok(Output::escaped(format!("{table}{notes}"), 0))
+    Ok(Output::escaped(wrapped(&format!("{table}{notes}")), 0))
 }
 
 fn reasons(db: &Database, refusals: &[Refusal<'_>]) -> String {

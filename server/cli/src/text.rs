@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use mauve_diagnostics::shortened;
+use mauve_ide::in_columns;
+use mauve_projects::output::terminal_columns;
 use mauve_timing::Time;
 
 /// Returns a path as it is shown: relative to `here` if it is below that folder.
@@ -55,33 +57,101 @@ pub(super) fn counted(count: usize, what: &str) -> String {
 /// The letters of a cell: names may have tens of thousands, for which each row would have as many spaces.
 const MOST_LETTERS: usize = 400;
 
-/// Formats a table: text is aligned to the left, numbers to the right.
+/// The columns of a line where standard output is no terminal.
+const LINE: usize = 120;
+
+/// Words of more letters than these may leave a table that is too wide: a figure has fewer, and in a column without a head, its bar.
+const FEW_LETTERS: usize = 24;
+const FEW_LETTERS_OF_NOTES: usize = 8;
+
+/// Returns a text for people: what has no room in a line continues below it.
+pub(super) fn wrapped(text: &str) -> String {
+    // In a narrow terminal, the rows of tables are wider than it is, as their columns need so much.
+    let most = Some(room().max(LINE));
+    let line = |line: &str| match line.len() - line.trim_start_matches(' ').len() {
+        0 => in_columns(line, most, ""),
+        indentation => in_columns(line, most, &" ".repeat(indentation + 2)),
+    };
+    text.split_inclusive('\n').map(line).collect()
+}
+
+fn room() -> usize {
+    terminal_columns().unwrap_or(LINE)
+}
+
+/// Formats a table: text is aligned to the left, numbers to the right. Words for which a line has no room are below their row.
 pub(super) fn columns(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let names = header.iter().map(|name| (*name).to_owned()).collect();
-    let rows: Vec<Vec<String>> = std::iter::once(names).chain(rows).collect();
+    let rows = std::iter::once(names).chain(rows);
+    let rows = rows.map(|row: Vec<String>| row.iter().map(|cell| shortened(cell, MOST_LETTERS)).collect());
+    let mut rows: Vec<Vec<String>> = rows.collect();
+    let mut below = vec![Vec::new(); rows.len()];
+    let widths = fitted(&mut rows, &mut below, header.len());
     let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
-    let cells = |column: usize| rows.iter().filter_map(move |row| row.get(column));
-    let width = |column| cells(column).map(|cell| cell.chars().count().min(MOST_LETTERS)).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..header.len()).map(width).collect();
     // The head of a column may be a level, which is no number of it.
-    let right: Vec<bool> =
-        (0..header.len()).map(|column| cells(column).skip(1).any(|cell| is_number(cell))).collect();
+    let is_right =
+        |column: usize| rows.iter().skip(1).any(|row| row.get(column).is_some_and(|it| is_number(it)));
+    let right: Vec<bool> = (0..header.len()).map(is_right).collect();
     let mut out = String::new();
-    for row in &rows {
+    for (row, below) in rows.iter().zip(below) {
         let mut line = String::from(" ");
-        for (column, cell) in row.iter().enumerate() {
-            let cell = shortened(cell, MOST_LETTERS);
-            let width = widths.get(column).copied().unwrap_or_default();
-            let gap = " ".repeat(width.saturating_sub(cell.chars().count()));
-            match right.get(column) {
-                Some(true) => line += &format!(" {gap}{cell} "),
-                _ => line += &format!(" {cell}{gap} "),
-            }
+        for ((cell, width), is_right) in row.iter().zip(&widths).zip(&right) {
+            let gap = " ".repeat(width.saturating_sub(letters(cell)));
+            line += &if *is_right { format!(" {gap}{cell} ") } else { format!(" {cell}{gap} ") };
         }
         out += line.trim_end();
         out.push('\n');
+        out.extend(below.iter().map(|cell| format!("    {cell}\n")));
     }
-    out
+    wrapped(&out)
+}
+
+fn letters(cell: &str) -> usize {
+    cell.chars().count()
+}
+
+/// Returns the widths of the columns of a table. While it is too wide, the long cells of a column go below their rows, then the ends
+/// of the names; then the figures lose their per cent, then their bars.
+fn fitted(rows: &mut [Vec<String>], below: &mut [Vec<String>], columns: usize) -> Vec<usize> {
+    let has_head: Vec<bool> = rows.first().into_iter().flatten().map(|head| !head.is_empty()).collect();
+    let is_long = |column: usize, cell: &String| {
+        let few = if has_head.get(column) == Some(&true) { FEW_LETTERS } else { FEW_LETTERS_OF_NOTES };
+        cell.contains(' ') && letters(cell) > few
+    };
+    let is_bar = |cell: &String| cell.starts_with(['▰', '▱']);
+    let mut has_long_names = true;
+    loop {
+        let cells = |column: usize| rows.iter().filter_map(move |row| row.get(column));
+        let width = |column| cells(column).map(|cell| letters(cell)).max().unwrap_or_default();
+        let widths: Vec<usize> = (0..columns).map(width).collect();
+        let excess = widths.iter().map(|width| width + 2).sum::<usize>().saturating_sub(room());
+        if excess == 0 {
+            return widths;
+        }
+        let long = (1..columns).filter(|column| cells(*column).any(|cell| is_long(*column, cell)));
+        if let Some(column) = long.max_by_key(|column| width(*column)) {
+            for (row, below) in rows.iter_mut().zip(&mut *below) {
+                below.extend(row.get_mut(column).filter(|cell| is_long(column, cell)).map(std::mem::take));
+            }
+        } else if std::mem::take(&mut has_long_names) {
+            let most = width(0).saturating_sub(excess).max(FEW_LETTERS);
+            for (row, below) in rows.iter_mut().zip(&mut *below) {
+                let name = row.first_mut().filter(|name| letters(name) > most);
+                let lines = name.as_ref().map(|name| in_columns(name, Some(most), ""));
+                if let Some((name, (start, end))) =
+                    name.zip(lines.as_ref().and_then(|it| it.split_once('\n')))
+                {
+                    below.insert(0, end.replace('\n', " "));
+                    *name = start.to_owned();
+                }
+            }
+        } else if let Some(bars) = rows.iter().find_map(|row| row.iter().position(is_bar)) {
+            let lost = if width(bars + 1) > 0 { bars + 1 } else { bars };
+            rows.iter_mut().filter_map(|row| row.get_mut(lost)).for_each(String::clear);
+        } else {
+            return widths;
+        }
+    }
 }
 
 /// A table with a row for each item: its columns are listed once, for people and for programs.

@@ -24,7 +24,7 @@ use serde::Serialize;
 use crate::comparison::{comparison_document, comparison_table, name_project};
 use crate::edited_files::EditedFiles;
 use crate::options::{Models, TableFormat, level};
-use crate::text::shown;
+use crate::text::{shown, wrapped};
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("what").required(true).multiple(true).args(["priorities", "cpus", "periods", "slack", "latency"]))]
@@ -251,7 +251,7 @@ impl Tune {
             None => self.said(&found.tuned),
         };
         for said in said.into_iter().chain(found.losses().map(|it| it + "\n")) {
-            let _ = write!(out, "\n{said}");
+            let _ = write!(out, "\n{}", wrapped(&said));
         }
         out
     }

@@ -13,7 +13,7 @@ use mauve_wcrt::chains::ChainReport;
 use mauve_wcrt::{certificate_of, certificate_of_file};
 use serde_json::{Map, Value};
 
-use crate::text::{assumptions, counted};
+use crate::text::{assumptions, counted, wrapped};
 
 /// The longest certificate; it has a number for each job of each busy window.
 const LONGEST_CERTIFICATE: u64 = 4 * LONGEST;
@@ -61,7 +61,7 @@ impl Verify {
             }
         }
         text += "Checked: each inequality, from the task set in the file. Not checked: the execution times and the model are taken from the file.\n";
-        Ok(Output::escaped(text, code))
+        Ok(Output::escaped(wrapped(&text), code))
     }
 }
 

@@ -19,7 +19,7 @@ use mauve_projects::analysis_document::{Analysed, Deployed, Significance, analys
 use mauve_projects::disk::{LONGEST, read};
 use mauve_projects::harmless::harmless;
 use mauve_projects::json;
-use mauve_projects::output::{Output, say, terminal_columns};
+use mauve_projects::output::{Output, say};
 use mauve_projects::replace::put;
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
@@ -35,7 +35,7 @@ use crate::errors::say_errors;
 use crate::lines::Lines;
 use crate::options::{MethodName, Models};
 use crate::published::{Published, published_csv};
-use crate::text::{Sheet, counted, csv_number, number, shown};
+use crate::text::{Sheet, counted, csv_number, number, shown, wrapped};
 use crate::verify::certificate;
 
 #[derive(Debug, clap::Args)]
@@ -160,7 +160,9 @@ impl Wcrt {
             found.into_iter().map(of_model).collect()
         };
         let text = match self.format {
-            WcrtFormat::Table => harmless(&all.iter().map(Published::table).collect::<Vec<_>>().join("\n")),
+            WcrtFormat::Table => {
+                wrapped(&harmless(&all.iter().map(Published::table).collect::<Vec<_>>().join("\n")))
+            }
             WcrtFormat::Csv => published_csv(&all),
             WcrtFormat::Json | WcrtFormat::Svg => {
                 return Err("--method paper has the formats table and csv".to_owned());
@@ -231,7 +233,7 @@ impl Wcrt {
 
     fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {
         Ok(match (&self.explain, self.format) {
-            (Some(instance), _) => harmless(&explain(all, instance)?),
+            (Some(instance), _) => wrapped(&harmless(&explain(all, instance)?)),
             (None, WcrtFormat::Table) => {
                 let tables = tables(all).into_iter().zip(all);
                 let probabilities = |it| self.probability.as_ref().map(|only| probability_table(it, only));
@@ -612,37 +614,14 @@ pub(super) fn coloured(table: &str) -> String {
     out
 }
 
-/// Returns tables for standard output: on a terminal in colours, and without the parts of figures for which it has no room.
+/// Returns tables for standard output: on a terminal in colours.
 pub(super) fn shown_tables(tables: &[String]) -> Vec<String> {
-    let (is_terminal, width) = (std::io::stdout().is_terminal(), terminal_columns().unwrap_or(usize::MAX));
+    let is_terminal = std::io::stdout().is_terminal();
     let shown = |table: &String| {
-        let table = narrowed(harmless(table), width);
+        let table = wrapped(&harmless(table));
         if is_terminal { coloured(&table) } else { table }
     };
     tables.iter().map(shown).collect()
-}
-
-/// Returns a table without the per cent of its figures if a line with a bar is too wide, and without the bars if that is not enough.
-fn narrowed(mut table: String, width: usize) -> String {
-    let bar = ['▰', '▱'];
-    for is_bar_kept in [true, false] {
-        if table.lines().all(|line| !line.contains(bar) || line.chars().count() <= width) {
-            break;
-        }
-        let narrower = |line: &str| {
-            let (Some(start), Some((end, last))) = (line.find(bar), line.rmatch_indices(bar).next()) else {
-                return line.to_owned();
-            };
-            let end = end + last.len();
-            let kept = line.get(..if is_bar_kept { end } else { start }).unwrap_or_default().trim_end();
-            // What comes after the figure.
-            let rest = line.get(end..).unwrap_or_default();
-            let rest = rest.split_once(" %").map_or(rest, |(_, rest)| rest).trim();
-            format!("{kept}  {rest}").trim_end().to_owned()
-        };
-        table = table.lines().map(|line| narrower(line) + "\n").collect();
-    }
-    table
 }
 
 fn figures_csv(all: &[Deployed<'_>]) -> String {

@@ -17,6 +17,7 @@ use mauve_projects::output::Output;
 use mauve_timing::Time;
 
 use crate::options::TableFormat;
+use crate::text::wrapped;
 
 #[derive(Debug, clap::Args)]
 pub struct PlatformCheck {
@@ -50,7 +51,7 @@ fn table(properties: &[(&str, Property)]) -> String {
         let fix = it.mend.map_or_else(String::new, |fix| format!(": {fix}"));
         let _ = writeln!(out, "{:<8} {:<12} {}{fix}", it.state.word(), name, it.found);
     }
-    out
+    wrapped(&out)
 }
 
 /// A property of the computer.

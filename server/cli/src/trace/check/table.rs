@@ -9,7 +9,7 @@ use super::super::import::messages::{cut, work_elsewhere};
 use super::super::import::shown_key;
 use super::checked::Checked;
 use super::findings::{message, number};
-use crate::text::{Sheet, counted, duration};
+use crate::text::{Sheet, counted, duration, wrapped};
 
 /// The names in a list of what was not observed.
 const MOST_NAMES: usize = 8;
@@ -82,7 +82,7 @@ pub(super) fn text(it: &Checked<'_>) -> String {
         }
     }
     notes(it).iter().for_each(|note| out += &format!("  note: {note}\n"));
-    out
+    wrapped(&out)
 }
 
 /// An instance: its index, what the model says of it, and what was observed.

@@ -14,7 +14,7 @@ use toml_edit::{DocumentMut, Item};
 
 use super::messages::{self, work_elsewhere};
 use crate::date::today;
-use crate::text::{duration, two_digits, wait_entry};
+use crate::text::{duration, two_digits, wait_entry, wrapped};
 
 /// What the traces of one command showed.
 #[derive(Debug, Default)]
@@ -127,13 +127,12 @@ impl Memory {
         // Without a mauve.toml, one in the folder of this file is assumed.
         let missing = configured(&path, config)
             .unwrap_or_else(|| Some(format!("[timing]\nobserved = [\"{}\"]", name())));
-        out += &format!("`{}` has what was observed", path.display());
-        out += &match missing {
-            None => "\n".to_owned(),
-            Some(missing) => format!(
-                "; in mauve.toml, so that `mauve check` compares it with the timing tables:\n{missing}\n"
-            ),
+        let end = match missing {
+            None => "",
+            Some(_) => "; in mauve.toml, so that `mauve check` compares it with the timing tables:",
         };
+        out += &wrapped(&format!("`{}` has what was observed{end}\n", path.display()));
+        out.extend(missing.map(|missing| missing + "\n"));
         Ok(out)
     }
 

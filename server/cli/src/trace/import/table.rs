@@ -6,7 +6,7 @@ use std::path::Path;
 use mauve_pwcet::samples::Run;
 use mauve_pwcet::trace::{SpanKind, Totals, lock_of, port_of};
 
-use crate::text::{Sheet, counted, duration};
+use crate::text::{Sheet, counted, duration, wrapped};
 
 /// The executions of one codel or program in one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -100,7 +100,7 @@ impl Imported {
             out +=
                 &format!("not imported: {} at the start or the end of a recording\n", incomplete(self.cut));
         }
-        out
+        wrapped(&out)
     }
 }
 
