@@ -301,8 +301,8 @@ pub static SECTIONS: [Key; 14] = [
                 open: |it, (_, span)| ros2(it).gateway.span = span,
                 expected: "is a table, such as { priority = 20, period = \"1 ms\", cpus = [1] }", ..TABLE
             }), examples: r#"[{ "priority": 20, "period": "1 ms", "cpus": [1] }]"#,
-                documentation: "The activity that moves samples between the ports and the topics. The threads of the middleware have its \
-                            CPUs, and a priority one lower.", ..KEY },
+                documentation: "The activity that moves samples between the ports and the topics: one on each host, all with these values. \
+                            The threads of the middleware have its CPUs, and a priority one lower.", ..KEY },
         Key { name: "topics", kind: KeyKind::Table(KeyTable {
                 header: Some(("[ros2.topics]", "the topics of ports")), expected: OF_TOPICS,
                 keys: &[Key { kind: KeyKind::Table(KeyTable {
@@ -380,7 +380,7 @@ static GATEWAY: [Key; 3] = [
     Key { name: "period", kind: KeyKind::Period(|it| &mut ros2(it).gateway.period), examples: r#"["1 ms"]"#,
         documentation: "Its period, with its unit: ns, us, ms or s.", ..KEY },
     Key { name: "cpus", kind: KeyKind::Cpus(|it, _| &mut ros2(it).gateway.cpus), examples: "[[1]]",
-        documentation: "The CPUs that it may run on, numbered from 1. When left out, all.", ..KEY },
+        documentation: "The CPUs that it may run on, numbered from 1: the same numbers on each host. When left out, all of its host.", ..KEY },
 ];
 
 /// The keys of a topic of `[ros2] topics`.
