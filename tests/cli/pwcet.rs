@@ -544,6 +544,22 @@ fn a_time_by_hand_that_was_exceeded_is_a_finding() {
     assert!(!found.err.contains("the time of `robot.avoid` is too short"), "{}", found.err);
 }
 
+/// Executions that give no estimate refute an entry all the same, also one that lacks the library.
+#[test]
+fn a_time_without_its_library_that_was_exceeded_is_a_finding() {
+    let folder = project("pwcet-exceeded-short", 1.0, 0.5);
+    let lines = ["codel,execution_ns,instance\n".to_owned(), "robot.scan,15000000,laser\n".repeat(100)];
+    std::fs::write(folder.join("few.csv"), lines.concat()).unwrap();
+    mauve_in(&folder, &["trace", "import", "few.csv", "-o", "few.samples"]);
+    for entry in ["\"robot.scan\"", "scan"] {
+        std::fs::write(folder.join("timing.toml"), format!("[codel]\n{entry} = 12\navoid = 30\n")).unwrap();
+        let found = mauve_in(&folder, &["pwcet", "few.samples", "-o", "timing.toml"]);
+        let entry = entry.replace('"', "");
+        let exceeded = format!("the time of `{entry}` is too short: an execution of `robot.scan` took 15 ms");
+        assert!(found.code == 1 && found.err.contains(&exceeded), "{entry}: {}", found.err);
+    }
+}
+
 /// Each budget leaves the times of the other codels as they were: together, the new times may be too long.
 #[test]
 fn new_times_that_miss_a_deadline_together_are_a_finding() {

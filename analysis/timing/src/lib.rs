@@ -120,7 +120,8 @@ pub use simulation::{
 pub use table::error::{TableError, TableErrorKind, TomlKind};
 pub use table::measured::digest_of;
 pub use table::update::{
-    KeptEntry, UpdateError, Updated, assumed_entry, update as update_table, with_dispatch, with_time,
+    KeptEntry, UpdateError, Updated, assumed_entry, existing as entry_of_key, unit_in,
+    update as update_table, with_dispatch, with_time,
 };
 pub use table::{
     DEPENDENT, EXTRAPOLATED, Entry, KeyPart, Measured, Overhead, Table, TableSection, Times,

@@ -248,8 +248,8 @@ fn section_of(key: &str) -> (&'static str, &str) {
     }
 }
 
-/// The entry for the key of a record: that with the library, or without if there is none.
-fn existing<'t>(table: &'t Table, key: &str) -> Option<&'t Entry> {
+/// Returns the entry for the key of a measurement: that with the library, or without if there is none.
+pub fn existing<'t>(table: &'t Table, key: &str) -> Option<&'t Entry> {
     let (section, key) = section_of(key);
     let entries = match section {
         "access" => &table.accesses,
@@ -271,6 +271,11 @@ fn record_of<'t>(table: &'t Table, key: &str) -> Option<&'t Measured> {
 fn is_measured(table: &Table, record: &Measured, entry: &Entry) -> bool {
     let old = record_of(table, &entry.key).filter(|_| entry.key == section_of(&record.key).1);
     old.is_some_and(|old| entry.value.as_ref() == Some(&old.times))
+}
+
+/// Returns the unit of the times in the text of a table.
+pub fn unit_in(text: &str) -> Unit {
+    text.parse().map_or(Unit::default(), |document| unit_of(&document))
 }
 
 fn unit_of(document: &DocumentMut) -> Unit {

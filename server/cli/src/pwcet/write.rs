@@ -11,7 +11,7 @@ use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::port_of;
 use mauve_timing::{
     EXTRAPOLATED, KeptEntry, Level, Measured as Record, Table, Time, Times, UpdateError, digest_of,
-    update_table,
+    entry_of_key, update_table,
 };
 
 use super::estimates::{Estimates, MeasuredEntry, OVER_BUDGET};
@@ -148,22 +148,14 @@ fn kept(path: &Path, all: &[KeptEntry]) -> Option<String> {
 fn exceeded(table: &Table, estimates: &Estimates, kept: &[KeptEntry]) -> Vec<(String, String, u64)> {
     let mut found = Vec::new();
     for it in &estimates.measurements {
-        let port = port_of(&it.measurement.key);
-        let key = port.unwrap_or(&it.measurement.key);
+        let key = port_of(&it.measurement.key).unwrap_or(&it.measurement.key);
         let greatest = it.measurement.greatest();
         let entry = match kept.iter().find(|kept| kept.key == key) {
             Some(kept) => kept.times.as_ref().map(|times| (kept.entry.as_str(), times)),
             None if estimates.table_times(it).is_some() => continue,
             // Without an estimate, the table stays as it is.
-            None => {
-                let mut entries: Vec<_> = match port {
-                    Some(_) => table.accesses.iter().collect(),
-                    None => table.codels.iter().chain(&table.programs).collect(),
-                };
-                entries.retain(|entry| entry.key == key);
-                let entry = entries.first();
-                entry.and_then(|entry| Some((entry.key.as_str(), entry.value.as_ref()?)))
-            }
+            None => entry_of_key(table, &it.measurement.key)
+                .and_then(|entry| Some((entry.key.as_str(), entry.value.as_ref()?))),
         };
         let Some((entry, times)) = entry else { continue };
         if times.greatest().as_nanos() < greatest {
