@@ -460,3 +460,44 @@ fn other_periods_leave_comments_and_deadlines_that_differ() {
          }
     "#]].assert_eq(&found.out);
 }
+
+/// Ten activities on one CPU, one of which waits: the orders are too many to analyse all. `first` has this deadline.
+fn ten(name: &str, deadline: u32) -> PathBuf {
+    let folder = folder(name);
+    let names: Vec<String> =
+        ["first", "second", "c", "d", "e", "f", "g", "h", "i", "j"].map(str::to_owned).into();
+    let each = |of: &dyn Fn(&String) -> String| names.iter().map(of).collect::<String>();
+    let model = format!(
+        "{}shell S {{}}\n{}architecture A {{\n{}}}\ndeployment D {{\n  architecture A\n{}}}\n",
+        each(&|it| format!("codel do_{it}(): void\n")),
+        each(&|it| format!("core K{it}(S) {{ update = {{ do_{it}(); }} }}\ncomponent C{it}(S, K{it})\n")),
+        each(&|it| format!("  instance {it}: C{it}\n")),
+        each(&|it| {
+            let fields = if it == "first" { format!("deadline = {deadline}  ") } else { String::new() };
+            format!("  activity {it} {{ {fields}affinity = 1  priority = 1  period = 400 }}\n")
+        }),
+    );
+    let times = format!("[codel]\n{}[wait]\ndo_first = 20\n", each(&|it| format!("do_{it} = 10\n")));
+    let config = "timing.tables = [\"times.toml\"]\nplatform = { cpus = 1, rt_throttling = false }\n";
+    write(&folder, &[("robot.mal", &*model), ("times.toml", &*times), ("mauve.toml", config)]);
+    folder
+}
+
+/// No order makes an execution shorter than the deadline, however many orders there are.
+#[test]
+fn an_activity_that_is_late_alone_is_a_proof() {
+    let found = run(&ten("late-alone", 29), &["--priorities"]);
+    let said =
+        "no priority assignment meets every deadline: `first` misses its deadline even without interference";
+    assert!(found.out.contains(said), "{}", found.out);
+}
+
+/// A codel that waits may execute for a shorter time as any other.
+#[test]
+fn a_shorter_time_of_a_codel_that_waits_is_found() {
+    let folder = ten("late-wait", 29);
+    let found = run(&folder, &["--priorities"]);
+    assert!(found.out.contains("\n  `first` takes at most 9 ms instead of 10 ms"), "{}", found.out);
+    let tried = mauve(MAUVE, &folder, &["wcrt", "--set", "first.priority=99", "--set", "do_first=9ms"]);
+    assert!(tried.out.contains("29 / 29 ms"), "{}", tried.out);
+}

@@ -119,8 +119,8 @@ pub enum ConflictKind {
 pub struct Remedy {
     /// The instance.
     pub instance: Name,
-    /// The greatest execution time of its jobs now, and the greatest with which every deadline is met; none where not even 0 is
-    /// enough, or its jobs wait.
+    /// The greatest execution time of its jobs now, without their waits, and the greatest with which every deadline is found to be met;
+    /// none where not even 0 is enough.
     pub time: Option<[Time; 2]>,
     /// Its period now, and the least with which every deadline is met; none where not even 64 times the period is enough.
     pub period: Option<[Time; 2]>,

@@ -409,7 +409,7 @@ fn conflict_text(conflict: &Conflict) -> String {
         return out;
     }
     out += match lines.as_slice() {
-        [] => ". No shorter time and no longer period of one of them alone would be enough.",
+        [] => ". No shorter time and no longer period of one of them alone was found to be enough.",
         _ => ". Each of these alone would be enough:",
     };
     out.extend(lines.into_iter().map(|it| format!("\n  {it}")));

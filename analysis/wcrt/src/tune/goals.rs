@@ -106,6 +106,17 @@ struct FoundValues {
 }
 
 fn values(trials: &mut Trials<'_>, start: &TunePlan) -> FoundValues {
+    let found = search(trials, start);
+    // No priority and no CPU makes an execution shorter: that is a proof, however far the search went.
+    match trials.hopeless(start) {
+        Some(unit) if found.search != SearchKind::Exact && !trials.request.periods => {
+            FoundValues { search: SearchKind::Exact, suspects: vec![unit], ..found }
+        }
+        _ => found,
+    }
+}
+
+fn search(trials: &mut Trials<'_>, start: &TunePlan) -> FoundValues {
     let aim = trials.request.aim;
     let free = || start.present().into_iter().filter(|it| !trials.units[*it].is_pinned);
     let mut found =

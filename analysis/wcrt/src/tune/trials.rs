@@ -2,11 +2,13 @@
 
 use std::cell::Cell;
 use std::cmp::Reverse;
+use std::sync::Arc;
 
 use mauve_hir::{Decl, Hosts, ModelDb, PERIODS, PLACES, Project, deployment, hosts_of};
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{
-    Bound, CpuSet, Demand, Edge, Priority, Protocol, Response, StateMachine, Tasks, Time, Utilisation,
+    Bound, CpuSet, Demand, Edge, Priority, Protocol, Response, StateMachine, Task, Tasks, Time, Utilisation,
+    Waits,
 };
 
 use super::{SearchKind, TuneAim, TuneRequest, Untunable};
@@ -396,7 +398,7 @@ impl<'db> Trials<'db> {
         if let Some((capped, most)) = plan.cap
             && let Some(task) = left.activities_mut().get_mut(capped)
         {
-            task.demand = at_most(&task.demand, most);
+            limit(task, most);
         }
         if !plan.left_out.contains(&true) {
             return left;
@@ -428,10 +430,19 @@ impl<'db> Trials<'db> {
         left
     }
 
-    /// Returns the greatest execution time of the jobs of an activity; none where they wait.
+    /// Returns the greatest execution time of the jobs of an activity, without their waits.
     pub(super) fn time_of(&self, activity: usize) -> Option<Time> {
-        let task = self.tasks.activities().get(activity).filter(|it| it.waits.is_none())?;
-        task.demand.machine().map(StateMachine::greatest_cost)
+        self.tasks.activities().get(activity)?.executed().map(StateMachine::greatest_cost)
+    }
+
+    /// Returns a unit whose own time exceeds its deadline: it misses that with any priority, on any CPU of its host.
+    pub(super) fn hopeless(&self, plan: &TunePlan) -> Option<usize> {
+        let is_late = |member: &usize| {
+            let task = self.tasks.activities().get(*member);
+            task.is_some_and(|it| it.greatest_cost() > it.deadline && it.deadline.is_some())
+        };
+        let units = plan.present().into_iter().filter(|unit| !self.given_up.contains(unit));
+        units.into_iter().find(|unit| self.units[*unit].members.iter().any(is_late))
     }
 
     /// Returns the tasks of the units that take a lock together: those have to be on one CPU.
@@ -447,14 +458,26 @@ impl<'db> Trials<'db> {
     }
 }
 
-/// Returns a demand whose jobs execute no longer than `most`.
-fn at_most(demand: &Demand, most: Time) -> Demand {
-    let Demand::Machine { machine, whole } = demand else { return Demand::Unknown };
-    let edges = machine.edges().iter().map(|edge| Edge { cost: edge.cost.min(most), ..edge.clone() });
-    match StateMachine::new(machine.states(), edges.collect()) {
-        Ok(machine) => Demand::Machine { machine, whole: whole.map(|it| it.min(most)) },
-        Err(_) => Demand::Unknown,
-    }
+/// Lets the jobs of a task execute no longer than `most`. They wait as before.
+fn limit(task: &mut Task, most: Time) {
+    let Demand::Machine { machine, whole } = &task.demand else { return };
+    let executed = task.executed().unwrap_or(machine);
+    let wait = |index: usize| {
+        let cost = |of: &StateMachine| of.edges().get(index).map(|it| it.cost).unwrap_or_default();
+        cost(machine).checked_sub(cost(executed)).unwrap_or_default()
+    };
+    let with = |wait: &dyn Fn(usize) -> Time| {
+        let edges = executed.edges().iter().enumerate();
+        let edges = edges.map(|(index, edge)| {
+            Some(Edge { cost: edge.cost.min(most).checked_add(wait(index))?, ..edge.clone() })
+        });
+        StateMachine::new(executed.states(), edges.collect::<Option<_>>()?).ok()
+    };
+    let longest = (0..executed.edges().len()).map(wait).max().unwrap_or_default();
+    let whole = whole.map(|it| most.checked_add(longest).map_or(it, |most| it.min(most)));
+    let (Some(machine), Some(executed)) = (with(&wait), with(&|_| Time::ZERO)) else { return };
+    task.waits = task.waits.as_ref().map(|it| Arc::new(Waits { executed, times: it.times }));
+    task.demand = Demand::Machine { machine, whole };
 }
 
 /// Returns the relative slack, 1 − R/D, in billionths; negative exactly if the deadline is not met.
