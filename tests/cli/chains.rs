@@ -163,3 +163,58 @@ fn an_effect_that_may_show_older_data_is_named() {
     assert_eq!(chain["not_lasting"], "base may overwrite the effect: update writes older data");
     assert!(chain["latency"].is_number());
 }
+
+/// What `mauve check` says of a chain without a latency: where, and what to do.
+#[test]
+fn a_broken_chain_has_its_place_and_its_remedy() {
+    let plan = "update = { read(scan, seen); if (seen > 5) then { write(order, plan(seen)); } else { } }";
+    let model = ROBOT
+        .replace("update = { read(scan, seen); write(order, plan(seen)); }", plan)
+        .replace("PRIORITY", PERIODIC);
+    let folder = robot("condition", PERIODIC, "[chains.steer]\nfrom = 'look'\nto = 'drive'\n");
+    write(&folder, &[("robot.mal", &model)]);
+    let found = run(&folder, &["--chain", "steer"]).out;
+    assert!(found.contains("\n    robot.mal:9: `planner` may skip the write here: `seen > 5`\n"), "{found}");
+    let remedy =
+        "pass what the condition tests to the codel as a parameter, or write the data on both branches";
+    assert!(found.contains(&format!("\n  help: {remedy}\n")), "{found}");
+    let checked = mauve(MAUVE, &folder, &["check"]).out;
+    assert!(checked.contains(&format!("a condition is not known; {remedy}")), "{checked}");
+    // Without a name, only the first reason of each chain is shown.
+    assert!(run(&folder, &[]).out.contains("\n  `mauve chains --chain steer` says where, and what to do\n"));
+}
+
+/// The latency of a network is an assumption of the chains that cross it only.
+#[test]
+fn a_link_that_no_chain_crosses_is_not_assumed() {
+    let config = "ros2 = { discovery = 'subnet', gateway = { priority = 20, period = '5 ms', cpus = [4] } }
+        host.eyes = { activities = ['camera'], cpus = 4 }
+        host.head = { activities = ['planner', 'base'], cpus = 4 }
+        link.'eyes-head'.latency = '2 ms'
+        chains.steer = { from = 'look', to = 'drive' }
+        chains.move = { from = 'plan', to = 'drive' }\n";
+    let folder = robot("hosts", PERIODIC, config);
+    let times = "[codel]\nlook = 1\nplan = 2\ndrive = 3\n[access]\n\"ros2.camera.scan\" = 0.1\n\"ros2.planner.scan\" = 0.1\n";
+    write(&folder, &[("times.toml", times)]);
+    let said = |chain: &str| run(&folder, &["--chain", chain]).out;
+    let assumed = "assumption: between eyes and head";
+    assert!(said("steer").contains(assumed), "{}", said("steer"));
+    assert!(
+        said("move").contains("no data takes longer") && !said("move").contains(assumed),
+        "{}",
+        said("move")
+    );
+}
+
+#[test]
+fn a_late_chain_names_throttling() {
+    let chain = "[chains.steer]\nfrom = 'look'\nto = 'drive'\nlatency = '30 ms'\n";
+    let folder = robot("throttled", PERIODIC, chain);
+    let named = "; real-time throttling is in the response times: set `kernel.sched_rt_runtime_us=-1`";
+    let found = mauve(MAUVE, &folder, &["check"]).out;
+    assert!(found.contains("chain `steer` is too slow") && !found.contains(named), "{found}");
+    let config = std::fs::read_to_string(folder.join("mauve.toml")).unwrap().replace("= false", "= true");
+    write(&folder, &[("mauve.toml", &config)]);
+    let found = mauve(MAUVE, &folder, &["check"]).out;
+    assert!(found.contains(named), "{found}");
+}

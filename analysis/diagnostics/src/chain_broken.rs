@@ -36,13 +36,14 @@
 
 use super::*;
 use mauve_wcrt::chains::{ChainProblem, ChainReason, ChainReport};
-use mauve_wcrt::unblocked::Unblocked;
+use mauve_hir::SkipCause;
+use mauve_wcrt::unblocked::{Unblocked, unblocked};
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     declared: (&Location<'db>, &mauve_hir::Chain),
     chain: &ChainReport<'db>,
-    unblocked: Option<Unblocked>,
+    keys: Vec<KeyLine>,
 ) -> Diagnostic<'db> {
     let (at, config) = declared;
     let wrong = chain.reasons.iter().find_map(|reason| match reason {
@@ -51,32 +52,63 @@ pub(super) fn report<'db>(
     });
     let reasons: Vec<String> = chain.reasons.iter().map(|it| chain_reason(db, chain, it)).collect();
     let mut message = format!("chain `{}` has no latency: {}", chain.name, reasons.join("; "));
-    let keys = unblocked.map_or_else(Vec::new, |it| keys(config, it));
-    let written: Vec<String> = keys.iter().map(|(_, written)| format!("`{written}`")).collect();
-    if !keys.is_empty() {
-        message += &format!("; write {} if the chain is intended for that only", written.join(" and "));
-    }
+    message.extend(remedy(chain, &keys).map(|it| format!("; {it}")));
     let mut found = Diagnostic::new(&CHAIN_BROKEN, wrong.unwrap_or_else(|| at.clone()), message);
-    for reason in &chain.reasons {
+    for (at, why) in places(chain) {
+        found = found.related(&at, why);
+    }
+    let edits = edits(db, at.file(db), config, &keys);
+    if !keys.is_empty() && !edits.is_empty() {
+        let title = format!("Write {}", joined(&keys));
+        found.fixes.push(Fix { title: shortened(&title, MOST_CHARACTERS), edits });
+    }
+    found
+}
+
+/// Returns where the components of a chain may not pass the data on, and what they may do there.
+fn places<'db>(chain: &ChainReport<'db>) -> Vec<(Location<'db>, String)> {
+    let place = |reason: &ChainReason<'db>| {
         let (step, at, why) = match reason {
             ChainReason::MaySkip { step, skip } => {
-                let Some(id) = skip.at else { continue };
-                (step, Location::Source(skip.core, id), "may skip the write")
+                (step, Location::Source(skip.core, skip.at?), "may skip the write")
             }
             ChainReason::Overwrites { step, by } => {
                 (step, Location::Source(by.core, by.at), "may overwrite it")
             }
-            _ => continue,
+            _ => return None,
         };
         let name = chain.steps.get(*step).map_or("it", |it| it.instance.as_str());
-        found = found.related(&at, format!("`{name}` {why} here"));
+        Some((at, format!("`{name}` {why} here")))
+    };
+    chain.reasons.iter().filter_map(place).collect()
+}
+
+/// Says what to do so that the chain has a latency, where that is known.
+fn remedy(chain: &ChainReport<'_>, keys: &[KeyLine]) -> Option<String> {
+    let is_condition = |it: &ChainReason<'_>| matches!(it, ChainReason::MaySkip { skip, .. } if skip.cause == SkipCause::Condition);
+    let parameter = "pass what the condition tests to the codel as a parameter, or write the data on both branches";
+    match keys {
+        [] => chain.reasons.iter().any(is_condition).then(|| parameter.to_owned()),
+        _ => Some(format!("write {} if the chain is intended for that only", joined(keys))),
     }
-    let edits = edits(db, at.file(db), config, &keys);
-    if !keys.is_empty() && !edits.is_empty() {
-        let title = format!("Write {}", written.join(" and "));
-        found.fixes.push(Fix { title: shortened(&title, MOST_CHARACTERS), edits });
-    }
-    found
+}
+
+fn joined(keys: &[KeyLine]) -> String {
+    let written: Vec<String> = keys.iter().map(|(_, written)| format!("`{written}`")).collect();
+    written.join(" and ")
+}
+
+/// Returns where a chain of `mauve.toml` that has no latency may not pass the data on, and what to do: as [`report`] says it.
+pub fn help_of_chain<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    chain: &ChainReport<'db>,
+) -> (Vec<(Location<'db>, String)>, Option<String>) {
+    let config = config_of(db, project.workspace(db));
+    let declared = chain.declared.and_then(|it| config.chains.get(it));
+    let keys = declared.map_or_else(Vec::new, |it| keys(db, (project, deployment), it, chain));
+    (places(chain), remedy(chain, &keys))
 }
 
 /// Returns whether another diagnostic reports this problem: the names in `mauve.toml` are checked for all deployments together.
@@ -91,10 +123,17 @@ pub(super) fn is_reported<'db>(db: &'db dyn ModelDb, project: Project<'db>, chai
 }
 
 /// A key of the section, and its line.
-type KeyLine = (&'static str, String);
+pub(super) type KeyLine = (&'static str, String);
 
 /// Returns the lines that `while` and `answers` need.
-fn keys(config: &mauve_hir::Chain, Unblocked { states, answers }: Unblocked) -> Vec<KeyLine> {
+pub(super) fn keys<'db>(
+    db: &'db dyn ModelDb,
+    (project, deployment): (Project<'db>, Decl<'db>),
+    config: &mauve_hir::Chain,
+    chain: &ChainReport<'db>,
+) -> Vec<KeyLine> {
+    let unblocked = unblocked(db, project, deployment, config, chain);
+    let Some(Unblocked { states, answers }) = unblocked else { return Vec::new() };
     let line = |key: &'static str, before: &[(String, std::ops::Range<usize>)], new: Vec<String>| {
         let is_same = new.len() == before.len() && before.iter().all(|(it, _)| new.contains(it));
         let names: Vec<String> = new.iter().map(|it| format!("\"{it}\"")).collect();

@@ -41,6 +41,7 @@ pub(super) fn report<'db>(
     greatest: &ChainStepReport<'db>,
     (latency, limit): (Time, Time),
     declared: &Location<'db>,
+    is_throttled: bool,
 ) -> Diagnostic<'db> {
     let (name, instance, part) = (&chain.name, &greatest.instance, &greatest.part);
     let advice = [
@@ -51,8 +52,13 @@ pub(super) fn report<'db>(
     ];
     let advice = advice.into_iter().rev().max_by_key(|(time, _)| *time).map_or("", |(_, advice)| advice);
     let sum: Vec<String> = chain.steps.iter().map(|it| format!("{} {}", it.instance, it.total())).collect();
+    let runs = chain.steps.iter().any(|it| it.part.run > Time::ZERO);
+    let throttling = match is_throttled && runs {
+        true => "; real-time throttling is in the response times: set `kernel.sched_rt_runtime_us=-1` and `[platform] rt_throttling = false`",
+        false => "",
+    };
     let message = format!(
-        "chain `{name}` is too slow: {}; largest part: `{instance}`, {} of {latency} ({}): {advice}",
+        "chain `{name}` is too slow: {}; largest part: `{instance}`, {} of {latency} ({}): {advice}{throttling}",
         chain_figure((Some(latency), Some(limit)), "", TIGHT_SLACK).text(),
         greatest.total(),
         sum.join(", ")

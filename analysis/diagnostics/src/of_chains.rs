@@ -1,8 +1,7 @@
 //! The diagnostics of the chains and connections of a deployment.
 
-use mauve_hir::deployed;
+use mauve_hir::{deployed, platform_of};
 use mauve_wcrt::chains::{ChainReport, ConnectionReport, chains_of};
-use mauve_wcrt::unblocked::unblocked;
 
 use super::*;
 
@@ -28,12 +27,13 @@ pub(super) fn chain_diagnostics<'db>(
         let config = config.chains.get(chain.declared?)?;
         let at = Location::of_span(file, &config.span);
         let Some(latency) = chain.latency else {
-            let unblocked = || unblocked(db, project, deployment, config, chain);
+            let keys = || chain_broken::keys(db, (project, deployment), config, chain);
             return (!chain_broken::is_reported(db, project, chain))
-                .then(|| chain_broken::report(db, (&at, config), chain, unblocked()));
+                .then(|| chain_broken::report(db, (&at, config), chain, keys()));
         };
         let limit = chain.limit.filter(|limit| latency > *limit)?;
-        late(flat, chain, (latency, limit), &at)
+        let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+        late(flat, chain, (latency, limit), &at, is_throttled)
     });
     found.extend(of_config);
     found.into_iter().map(Arc::new).collect()
@@ -45,11 +45,12 @@ fn late<'db>(
     chain: &ChainReport<'db>,
     times: (Time, Time),
     declared: &Location<'db>,
+    is_throttled: bool,
 ) -> Option<Diagnostic<'db>> {
     let connected = || chain.steps.iter().filter(|it| it.connection.is_some());
     // Of equal ones, the first.
     let greatest = connected().rev().max_by_key(|it| it.total()).or(chain.steps.first())?;
     let link = greatest.connection.and_then(|it| flat.links.get(it));
     let at = link.map_or_else(|| declared.clone(), |link| link.at.clone());
-    Some(chain_late::report(at, chain, greatest, times, declared))
+    Some(chain_late::report(at, chain, greatest, times, declared, is_throttled))
 }

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use clap::ValueEnum;
 use mauve_diagnostics::figure::{TIGHT_SLACK, chain_figure};
-use mauve_diagnostics::{errors_of, not_lasting, origins, reasons_of_chain, times_of};
+use mauve_diagnostics::{errors_of, help_of_chain, not_lasting, origins, reasons_of_chain, times_of};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, ros2_of};
+use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, file_and_line, hosts_of, ros2_of};
 use mauve_ide::{Drawing, draw_chains, drawn_chains};
 use mauve_projects::analysis_document::milliseconds;
 use mauve_projects::harmless::harmless;
@@ -160,12 +160,24 @@ impl ChainsCommand {
                 out += &it.hops(chain);
             }
             reasons_of_chain(it.db, chain).iter().for_each(|why| out += &format!("  {why}\n"));
+            let (places, remedy) = help_of_chain(it.db, it.project, it.deployment, chain);
+            for (at, why) in places {
+                let of_file = file_and_line(it.db, it.project.workspace(it.db), &at);
+                let text = at.file(it.db).text(it.db).get(std::ops::Range::from(at.range(it.db)));
+                let text = text.unwrap_or_default().lines().next().unwrap_or_default();
+                let _ = writeln!(out, "    {of_file}: {why}: `{}`", harmless(text));
+            }
+            out.extend(remedy.map(|it| format!("  help: {it}\n")));
+        }
+        let broken = |it: &&&ChainReport<'_>| it.declared.is_some() && it.latency.is_none();
+        if let (None, Some(chain)) = (&self.chain, it.shown.iter().find(broken)) {
+            let _ = writeln!(out, "  `mauve chains --chain {}` says where, and what to do", chain.name);
         }
         if it.shown.iter().any(|chain| chain.latency.is_some()) {
             out += &format!("  no data takes longer{}\n", conditions_of(&basis));
         }
         let ros2 = ros2_of(it.db, it.project, it.deployment);
-        for ([one, other], latency) in &ros2.latencies {
+        for ([one, other], latency) in ros2.latencies.iter().filter(|(ends, _)| it.crosses(*ends)) {
             let name = |host: &usize| ros2.hosts.get(*host).map_or("", |it| it.as_str());
             let (one, other) = (name(one), name(other));
             let _ = writeln!(
@@ -201,6 +213,17 @@ impl<'db> ChainList<'db> {
             .map(|of| of.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>());
         let assumed = assumptions(&states, &answers);
         if assumed.is_empty() { assumed } else { format!("  {}: {assumed}\n", chain.name) }
+    }
+
+    /// Returns whether a chain with a latency passes the network between two hosts.
+    fn crosses(&self, ends: [usize; 2]) -> bool {
+        let hosts = hosts_of(self.db, self.project.workspace(self.db));
+        let crosses = |chain: &&ChainReport<'db>| {
+            // The gateways are steps of no host.
+            let on: Vec<usize> = chain.steps.iter().filter_map(|it| hosts.of(&it.instance)).collect();
+            on.windows(2).any(|pair| *pair == ends || *pair == [ends[1], ends[0]])
+        };
+        self.shown.iter().filter(|chain| chain.latency.is_some()).any(crosses)
     }
 
     /// Returns where a chain begins (0) or ends (1).
