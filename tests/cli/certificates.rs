@@ -186,6 +186,19 @@ fn a_chain_that_is_not_proved_is_named() {
     }
 }
 
+/// A certificate has no form for releases by data: it says that, and no vague reason.
+#[test]
+fn a_chain_that_data_releases_is_named_with_its_reason() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    let model = ROBOT.replace("priority = 1  period = 100", "priority = 1  trigger = speed  least = 100");
+    let config = format!("assume.codel = \"1 ms\"\nplatform.rt_throttling = false\n[chains.see]\n{SEE}");
+    write(&folder, &[("robot.mal", &*model), ("mauve.toml", &config)]);
+    assert_eq!(run(&folder, &["wcrt", "--certificate", "proof.json"]).code, 0);
+    let found = run(&folder, &["verify", "proof.json"]);
+    let said = "chain see: not certified: data releases an activity on its way (`trigger`)";
+    assert!(found.out.contains(said), "{}", found.out);
+}
+
 /// Whoever writes a certificate chooses its names: none of them begins a line of its own.
 #[test]
 fn no_name_of_a_certificate_forges_a_line() {

@@ -53,8 +53,8 @@ pub fn certificate_of<'db>(
     parts
 }
 
-/// Returns the certificate of a chain, or why its steps alone do not prove that it is within its limit. Its latency counts less exactly
-/// than the analysis, so that each step can be checked alone: it may be more.
+/// Returns the certificate of a chain, or why its steps alone do not prove that it is within its limit. Its latency counts whole response
+/// times, where the analysis counts up to the write, so that each step can be checked alone: it may be more.
 fn chain(
     chain: &ChainReport<'_>,
     report: &Report<'_>,
@@ -65,6 +65,11 @@ fn chain(
     if chain.steps.iter().filter_map(|it| it.timed.as_ref()).any(|it| !has_claim(it.task)) {
         return Err("no-claim");
     }
+    let activity = |task: usize| report.activities.get(task);
+    let mut tasks = chain.steps.iter().filter_map(|it| activity(it.timed.as_ref()?.task));
+    if tasks.any(|it| !it.is_periodic()) {
+        return Err("released-by-data");
+    }
     by_steps(chain, report, claims).ok_or("not-by-steps")
 }
 
@@ -73,7 +78,7 @@ fn by_steps(chain: &ChainReport<'_>, report: &Report<'_>, claims: &[Value]) -> O
     let (mut sum, mut exact, mut steps) = (0u64, 0u64, Vec::new());
     for (index, step) in chain.steps.iter().enumerate() {
         let (of, part) = (step.timed.as_ref()?, step.part);
-        let activity = report.activities.get(of.task).filter(|it| it.is_periodic())?;
+        let activity = report.activities.get(of.task)?;
         let claim = claims.iter().find(|it| it["task"] == of.task)?;
         let is_before = index + 1 < chain.steps.len() && part.rule == ChainRule::HigherPriority;
         let run = if is_before { activity.jitter.as_nanos() } else { claim["response"].as_u64()? };

@@ -74,6 +74,9 @@ fn in_words(reason: &str) -> &str {
         "several-cpus" => "its jobs may run on several CPUs",
         "too-many-jobs" => "its busy window has too many jobs, or that of a task that it depends on",
         "not-by-steps" => "its steps alone do not show its latency, or that it is within its limit",
+        "released-by-data" => {
+            "data releases an activity on its way (`trigger`), which has no form in a certificate"
+        }
         "no-claim" => "a response time in it has no claim",
         "not-claimed" => "its deadline is not claimed to be met",
         other => other,
@@ -91,7 +94,10 @@ fn said(of: &Summary) -> String {
     let mut text = line(&format!("  {} at {}: {proved} proved", of.deployment, of.significance));
     let is_plain = |it: &&ProvedChain| it.limit.is_none() && it.states.is_empty() && it.answers.is_empty();
     let (plain, others): (Vec<_>, Vec<_>) = of.chains.iter().partition(is_plain);
-    text.extend(others.into_iter().map(|it| line(&format!("    `{}`: {}", it.name, latency(it)))));
+    text.extend(others.iter().map(|it| line(&format!("    `{}`: {}", it.name, latency(it)))));
+    if !others.is_empty() {
+        text += "    these latencies count whole response times: `mauve chains`, which counts up to the write, may have less\n";
+    }
     if !plain.is_empty() {
         text += &format!("    {} without a limit: the latency is proved\n", counted(plain.len(), "chain"));
     }
