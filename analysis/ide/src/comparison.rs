@@ -72,6 +72,8 @@ pub struct Figure {
     pub hint: HintStatus,
     /// Why there is no time.
     pub reasons: Vec<String>,
+    /// Whether `mauve.toml` accepts that it is not met, with this time.
+    is_accepted: bool,
     /// The fields that are compared, each with its value: of an activity, the component alone where it is not declared; of a declared
     /// chain, what it names.
     fields: Vec<(String, String)>,
@@ -119,6 +121,8 @@ pub enum FigureChange {
     Missed,
     /// It was not known, and is not met.
     FoundMissed,
+    /// That it is not met was accepted, and is not now.
+    Unaccepted,
     /// It had a time, or was known not to be met, and is not known now.
     Lost,
     /// The latency had a limit, and has none now.
@@ -155,6 +159,7 @@ impl FigureChange {
         match self {
             FigureChange::Missed => ("missed", "no longer met"),
             FigureChange::FoundMissed => ("found-missed", "known to be missed"),
+            FigureChange::Unaccepted => ("unaccepted", "no longer accepted"),
             FigureChange::Lost => ("lost", "not known now"),
             FigureChange::Unlimited => ("unlimited", "has no limit now"),
             FigureChange::Gone => ("gone", "gone"),
@@ -197,9 +202,10 @@ impl Figures {
         let activity = |(it, footing): (&ActivityReport<'db>, Footing)| {
             let forms = figure(db, it, footing, TIGHT_SLACK);
             let mut fields = vec![("component", it.component_name.to_string())];
+            let acceptance = accepted(db, project, deployment, &it.instance);
             if (it.priority, it.period, it.deadline) != (Priority::Unknown, None, None) {
                 fields.extend(fields_of(it, &report.hosts));
-                let accepted = accepted(db, project, deployment, &it.instance).map(|it| {
+                let accepted = acceptance.map(|it| {
                     let until = it.until.map_or_else(String::new, |until| format!(" until {until}"));
                     format!("\"{}\"{until}", it.reason)
                 });
@@ -213,6 +219,7 @@ impl Figures {
                 shown: forms.text().to_owned(),
                 hint: forms.status,
                 reasons: if it.response.is_some() { Vec::new() } else { reasons_of(db, it) },
+                is_accepted: acceptance.is_some_and(|of| of.holds(it.response)),
                 fields: in_lines(fields),
                 way: Vec::new(),
             }
@@ -242,6 +249,7 @@ impl Figures {
                 shown: forms.text().to_owned(),
                 hint: forms.status,
                 reasons,
+                is_accepted: false,
                 fields: in_lines(
                     it.declared.and_then(|it| config.chains.get(it)).map_or_else(Vec::new, fields_of_chain),
                 ),
@@ -286,6 +294,27 @@ impl Figures {
         all.for_each(|text| *text = text.replace(from, to));
     }
 
+    /// Gives the instances in the assumptions other names.
+    fn rename(&mut self, renamed: &FxHashMap<&str, &str>) {
+        let topic = format!("[access] {PREFIX_OF_TOPICS}");
+        for (name, value) in &mut self.assumptions {
+            let new = |rest: &str| {
+                let (old, end) = renamed
+                    .keys()
+                    .find_map(|old| Some((*old, rest.strip_prefix(old)?.strip_prefix('.')?)))?;
+                Some(format!("{topic}{}.{end}", renamed.get(old)?))
+            };
+            if let Some(new) = name.strip_prefix(&topic).and_then(new) {
+                *name = new;
+            }
+            if name.starts_with("[locks.") {
+                let word =
+                    |word: &str| renamed.get(word).map_or_else(|| word.to_owned(), |new| (*new).to_owned());
+                *value = value.split(' ').map(word).collect::<Vec<_>>().join(" ");
+            }
+        }
+    }
+
     /// Returns whether every deadline is proved.
     pub fn schedulable(&self) -> bool {
         self.errors == 0
@@ -302,7 +331,7 @@ impl Figures {
 
 impl Comparison {
     /// Compares two states. One of them may be missing.
-    pub fn of(before: Option<Figures>, after: Option<Figures>) -> Comparison {
+    pub fn of(mut before: Option<Figures>, after: Option<Figures>) -> Comparison {
         let figures = |of: fn(&Figures) -> &Vec<Figure>| {
             [&before, &after].map(|it| it.as_ref().map_or_else(Vec::new, |it| of(it).clone()))
         };
@@ -341,6 +370,7 @@ impl Comparison {
         let by_way: [PairingPass<'_, Figure>; 3] =
             [(false, &name), (true, &|it| way(it, usize::MAX)), (true, &|it| way(it, 2))];
         let chains = paired(figures(|it| &it.chains), &by_way).into_iter().map(row).collect();
+        before.iter_mut().for_each(|it| it.rename(&renamed));
         Comparison { before, after, activities, chains, unread: Vec::new() }
     }
 
@@ -534,6 +564,7 @@ impl Compared {
         match (before.time, after.time) {
             _ if is_unknown(before) && is_open(after) && !is_unknown(after) => FigureChange::FoundMissed,
             _ if !is_open(before) && is_open(after) => FigureChange::Missed,
+            _ if before.is_accepted && !after.is_accepted && is_open(after) => FigureChange::Unaccepted,
             // In the background, nothing is proved.
             (Some(_), None) => FigureChange::Lost,
             _ if is_unknown(after) && !is_unknown(before) && is_open(before) => FigureChange::Lost,
@@ -877,6 +908,49 @@ mod tests {
                 lidar.scan -> pilot.drive (was laser.scan -> pilot.drive): ≤ 88 ms → ≤ 93 ms later
                 worse: false
             "#]],
+        );
+    }
+
+    /// Assumptions that name a renamed instance are those of its new name.
+    #[test]
+    fn assumptions_of_a_renamed_instance_are_the_same() {
+        let hosts = "locks.bus = { codels = [\"look\"], protocol = \"ceiling\", held = \"1 ms\" }
+            ros2 = { discovery = \"subnet\", gateway = { priority = 20, period = \"5 ms\" } }
+            host.eyes = { activities = [\"laser\"], cpus = 1 }
+            host.head = { activities = [\"pilot\"], cpus = 1 }\n";
+        let table = format!("{TABLE}[access]\n\"ros2.laser.scan\" = 1\n\"ros2.pilot.scan\" = 1\n");
+        let named = |name: &str| {
+            let [model, table, hosts] = [MODEL, &*table, hosts].map(|it| it.replace("laser", name));
+            Some(figures_with(&model, &table, &hosts))
+        };
+        let found = Comparison::of(named("laser"), named("lidar"));
+        assert!(
+            found
+                .before
+                .as_ref()
+                .is_some_and(|it| it.assumptions.iter().any(|(name, _)| name.contains("ros2.lidar.scan")))
+        );
+        assert_eq!((found.activities[0].was(), found.assumptions()), (Some("laser"), Vec::new()));
+    }
+
+    #[test]
+    fn a_missed_deadline_that_is_not_accepted_any_more_is_worse() {
+        let model = MODEL.replace("deadline = 40", "deadline = 15");
+        let with = |model: &str, table: &str, accepted: &str| {
+            Some(figures_with(model, table, &format!("deployment.D.accept = {{ pilot = {accepted} }}\n")))
+        };
+        let change = |before, after| {
+            let found = Comparison::of(before, after);
+            (found.activities[1].change().name(), found.is_worse())
+        };
+        let slower = TABLE.replace("12", "13");
+        let until = "{ until = \"18 ms\", reason = \"known\" }";
+        let renamed = model.replace("pilot", "driver");
+        assert_eq!(change(with(&model, TABLE, until), with(&model, TABLE, until)), ("same", false));
+        assert_eq!(change(with(&model, TABLE, until), with(&model, &slower, until)), ("unaccepted", true));
+        assert_eq!(
+            change(with(&model, TABLE, "\"known\""), with(&renamed, TABLE, "\"known\"")),
+            ("unaccepted", true)
         );
     }
 

@@ -97,7 +97,7 @@ pub(super) fn comparison_document(it: &Comparison) -> impl Serialize + use<> {
                 name: it.name().to_string(),
                 // Its name before, if it was renamed.
                 [was]: it.was().map(str::to_owned),
-                // missed, found-missed, lost, unlimited, gone, new-missed, later, tolerated, relaxed, new, met, found, earlier,
+                // missed, found-missed, unaccepted, lost, unlimited, gone, new-missed, later, tolerated, relaxed, new, met, found, earlier,
                 // tightened, fields or same
                 change: it.change().name(),
                 // The fields of the activity that are different.
