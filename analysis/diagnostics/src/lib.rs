@@ -348,6 +348,7 @@ codes! {
     unknown_timing_key: UNKNOWN_TIMING_KEY = Warning "unknown-timing-key";
     refuted_time: REFUTED_TIME = Error "refuted-time";
     waiting_codel: WAITING_CODEL = Error "waiting-codel";
+    brief_wait: BRIEF_WAIT = Warning "brief-wait";
     undeclared_lock: UNDECLARED_LOCK = Error "undeclared-lock";
     work_elsewhere: WORK_ELSEWHERE = Error "work-elsewhere";
     unmeasured_access: UNMEASURED_ACCESS = Warning "unmeasured-access";
@@ -422,8 +423,8 @@ mod timing_facts;
 mod types;
 
 use cause::Cause;
-pub use chain_reasons::{chain_reason, connection_reason, not_lasting, overwrite, reasons_of_chain};
 pub use chain_broken::help_of_chain;
+pub use chain_reasons::{chain_reason, connection_reason, not_lasting, overwrite, reasons_of_chain};
 pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, first_error, project_diagnostics, workspace_diagnostics, workspace_findings,

@@ -119,6 +119,9 @@ fn of_recording<'db>(db: &'db dyn ModelDb, at: Location<'db>, recorded: &Recorde
         Recorded::WaitingCodel { codel, wait, written, is_known, file } => {
             waiting_codel::report(db, at, codel, (*wait, *written), *is_known, *file)
         }
+        Recorded::BriefWait { codel, wait, executions, file } => {
+            brief_wait::report(db, at, codel, (*wait, *executions), *file)
+        }
         Recorded::WaitsOften { codel, times, written, file } => {
             waiting_codel::more_often(db, at, codel, (*times, *written), *file)
         }

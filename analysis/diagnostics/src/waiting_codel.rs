@@ -24,6 +24,8 @@
 //! wait = 8.06
 //! ```
 //!
+//! A wait of 5 µs or less that no table has is the warning `brief-wait`.
+//!
 //! With `[wait]` and `grab = 8.1` in the table, the response time of `camera` counts the wait. With
 //! `grab = { time = 8.1, waits = 2 }`, one execution waits twice at most: to wait more often is this error, too. A recording of an earlier version, or
 //! of another tool, does not tell a wait from preemption by something that it does not have: record again, with `mauve run --trace`

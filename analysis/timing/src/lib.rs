@@ -108,7 +108,8 @@ pub use lock::{Blocking, Lock, LockUser, Protocol};
 pub use longest_way::{Pass, Way};
 pub use machine::{Edge, MachineError, StateMachine};
 pub use observed::{
-    LEAST_WORK, Observed, ObservedError, ObservedErrorKind, ObservedTimes, Recording, UNSUSPICIOUS,
+    LEAST_WAIT, LEAST_WORK, Observed, ObservedError, ObservedErrorKind, ObservedTimes, Recording,
+    UNSUSPICIOUS,
 };
 pub use published::published_response_times;
 pub use response_time::response_times;

@@ -166,6 +166,10 @@ pub const LEAST_WORK: u64 = 100_000;
 /// nanoseconds: interrupts and the clocks themselves take as long.
 pub const UNSUSPICIOUS: u64 = 50_000;
 
+/// A wait of a codel that no table has, up to this time in nanoseconds, is a warning: to wait for a device, another thread or a sleep takes
+/// longer, and without a recording the runtime does not look at shorter ones either (`least_wait`).
+pub const LEAST_WAIT: u64 = 5_000;
+
 /// An error in such a file. `mauve-diagnostics` has the message.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct ObservedError {

@@ -163,6 +163,8 @@ pub enum Recorded<'db> {
     /// A recording showed that a codel waited, longer than its entry says. Whether it is known that it waited, and was not
     /// preempted by what the recording does not have.
     WaitingCodel { codel: String, wait: Time, written: Option<Time>, is_known: bool, file: File },
+    /// A recording showed that a codel waited, for no longer than [`mauve_timing::LEAST_WAIT`], and no table has its wait.
+    BriefWait { codel: String, wait: Time, executions: u64, file: File },
     /// A recording showed that a codel waited more often than its entry says.
     WaitsOften { codel: String, times: u64, written: u64, file: File },
     /// A recording showed that a codel takes a lock, and no section of `mauve.toml` declares that, or for a shorter time.

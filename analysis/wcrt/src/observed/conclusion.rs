@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_pwcet::exceedance_probability;
 use mauve_pwcet::trace::{self, NameId, SpanKind, SpanNames, port_of};
-use mauve_timing::{CpuSet, Priority};
+use mauve_timing::{CpuSet, LEAST_WAIT, Priority};
 
 use super::{
     Causes, ExpectedDeployment, ExpectedInstance, FindingKind, Greatest, IMPROBABLE, InstanceObserver,
@@ -275,7 +275,8 @@ impl Finish<'_> {
         for it in self.seen.clone() {
             let (wait, key) = (it.wait, it.name.key.clone());
             let known = self.all.waits.get(&key).copied();
-            if wait.greatest > known.unwrap_or(0) && !wait.is_unknown {
+            // `mauve trace import` and `mauve check` say shorter ones.
+            if wait.greatest > known.unwrap_or(LEAST_WAIT) && !wait.is_unknown {
                 let kind = FindingKind::Wait {
                     key,
                     wait: known,

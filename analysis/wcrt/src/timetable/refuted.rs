@@ -6,7 +6,8 @@ use std::sync::Arc;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Location, ModelDb, names_of, platform_of};
 use mauve_timing::{
-    LEAST_WORK, Level, Observed, ObservedError, ObservedTimes, TableSection, Time, Times, UNSUSPICIOUS,
+    LEAST_WAIT, LEAST_WORK, Level, Observed, ObservedError, ObservedTimes, TableSection, Time, Times,
+    UNSUSPICIOUS,
 };
 
 use super::{IMPROBABLE, TimeSlot, TimetableBuilder, files_in, timed_by, topics_of};
@@ -88,10 +89,15 @@ impl<'db> TimetableBuilder<'db> {
                 }
                 (None, None) => return,
             },
+            None if is_known && (1..=LEAST_WAIT).contains(&times.greatest) => {
+                Recorded::BriefWait { codel: name, wait, executions: times.executions, file }
+            }
             None if times.greatest > UNSUSPICIOUS || is_known && times.greatest > 0 => waiting(None),
             _ => return,
         };
-        self.times.refuted.insert(of.clone(), UnusableTime::Refuted(of, wait));
+        if !matches!(recorded, Recorded::BriefWait { .. }) {
+            self.times.refuted.insert(of.clone(), UnusableTime::Refuted(of, wait));
+        }
         let at = self.location_of(&Timed::Codel(codel), file, &times.span);
         self.report(at, TimingFactKind::Recorded(recorded));
     }
