@@ -172,6 +172,13 @@ fn orocos_a_recording_tells_waits_locks_ports_and_work_elsewhere() {
     assert!(out.contains("    [wait]\n    \"robot.grab\" = { time = "), "{out}");
     assert!(!out.contains("codel robot.take of taker waited for something"), "{out}");
     assert!(out.contains("threads named a \"pool\", 1, which are not instances, used "), "{out}");
+    // The overhead of a period is one figure, of the program and of its recording.
+    let dispatch = out.lines().find_map(|line| line.split_once("[overhead] dispatch = ")).unwrap().1;
+    let checked = mauve(&folder, &["trace", "check", "rec"]).1;
+    assert!(
+        checked.contains(&format!("for `times.toml`: [overhead] dispatch = {dispatch}\n")),
+        "{out}{checked}"
+    );
 
     let configured = CONFIGURATION.replace("[platform]", "observed = [\"r.observed.toml\"]\n[platform]");
     write(&folder, &[("mauve.toml", configured.as_str())]);

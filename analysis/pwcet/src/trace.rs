@@ -51,6 +51,9 @@ pub struct Span {
     pub release: Option<u64>,
     /// Of a period, how its thread was scheduled when it began.
     pub scheduling: Option<Scheduling>,
+    /// Of a period, the CPU time of its thread since the end of the period before, without codels and accesses of ports; only in
+    /// recordings of the runtime for Linux.
+    pub overhead: Option<u64>,
     /// Of a codel, how often its thread gave up the CPU by its own will, other than to wait for a recorded lock. None in recordings of
     /// earlier versions.
     pub waits: Option<u64>,

@@ -264,10 +264,10 @@ impl Observer {
         let tracing = if span.thread.is_some() { TRACING.0 + instance.spans * TRACING.1 } else { 0 };
         instance.most_codels = instance.most_codels.max(instance.codels);
         let measured = std::mem::take(&mut instance.measured);
-        if instance.codels > 0 && span.thread.is_none() {
-            let overhead = span.execution.saturating_sub(measured);
-            instance.observed.overhead = instance.observed.overhead.max(Some(overhead));
-        }
+        // Recordings of earlier versions lack the wake-up.
+        let of_period =
+            (instance.codels > 0 && span.thread.is_none()).then(|| span.execution.saturating_sub(measured));
+        instance.observed.overhead = instance.observed.overhead.max(span.overhead.or(of_period));
         (instance.spans, instance.codels) = (0, 0);
         if expected.own.is_some_and(|own| span.execution > own.saturating_add(tracing)) {
             instance.long += 1;

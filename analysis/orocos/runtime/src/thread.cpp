@@ -85,7 +85,7 @@ struct PeriodicThread::State {
   void prepare();
   void execute_periods(Nanoseconds release, Nanoseconds length);
   void execute_period(RTT::base::RunnableInterface& present, Nanoseconds release, Nanoseconds length);
-  void note_overhead(bool was_running);
+  Nanoseconds note_overhead(bool was_running);
   void serve(bool is_step);
   void set_open(Nanoseconds release);
   TraceRecord period_record(Nanoseconds release) const;
@@ -270,13 +270,13 @@ void PeriodicThread::State::execute_period(RTT::base::RunnableInterface& present
   const bool was_running = present.step();
   const Nanoseconds ended = now();
   const Nanoseconds response = ended - release;
+  if (is_traced) record.execution = cpu_time() - cpu_before;
+  if (is_real) record.overhead = note_overhead(was_running);
   if (queue != nullptr && was_running) {
-    if (is_traced) record.execution = cpu_time() - cpu_before;
     record.elapsed = ended - began;
     record.ended = ended;
     queue->push(record);
   }
-  if (is_real) note_overhead(was_running);
   if (was_running) {
     increment(statistics.periods);
     note_greatest(statistics.latency, latency);
@@ -287,7 +287,8 @@ void PeriodicThread::State::execute_period(RTT::base::RunnableInterface& present
   if (deadline > 0 && response > deadline) increment(statistics.misses);
 }
 
-void PeriodicThread::State::note_overhead(bool was_running) {
+// Returns the CPU time since the end of the period before, without codels and ports; -1 where it is unknown.
+Nanoseconds PeriodicThread::State::note_overhead(bool was_running) {
   const Nanoseconds cpu = cpu_time();
   // Calls of the others may have been executed in between.
   Nanoseconds measured = 0;
@@ -295,10 +296,11 @@ void PeriodicThread::State::note_overhead(bool was_running) {
     measured += it->context.measured_cpu;
     it->context.measured_cpu = 0;
   }
-  if (was_running && leader->cpu_after_period >= 0) {
-    note_greatest(statistics.overhead, cpu - leader->cpu_after_period - measured);
-  }
+  const bool is_known = was_running && leader->cpu_after_period >= 0;
+  const Nanoseconds overhead_of_period = is_known ? cpu - leader->cpu_after_period - measured : -1;
+  note_greatest(statistics.overhead, overhead_of_period);
   leader->cpu_after_period = cpu;
+  return overhead_of_period;
 }
 
 // Begins the record of a period. Its system calls neither wait nor allocate.

@@ -65,7 +65,7 @@ TraceFile::TraceFile(const std::string& folder, const std::string& build, bool i
   }
   shown_ = folder + "/";
   if (!begin(executions_, "executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order,waits,blocked_ns,status,number\n", problem) ||
-      !begin(periods_, "periods.csv", "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n", problem)) {
+      !begin(periods_, "periods.csv", "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order,overhead_ns\n", problem)) {
     return;
   }
   // A recording took hours, and its robot may be elsewhere now. Another program that completes its files now had them when these
@@ -140,9 +140,9 @@ bool TraceFile::write(const TraceRecord& it) {
   const auto number = [](std::int64_t value) { return static_cast<long long>(value); };
   const auto order = static_cast<unsigned long long>(order_++);
   if (it.kind == TraceRecord::Period) {
-    return std::fprintf(periods_.file, "%s,%s,%lld,%lld,%lld,%s,%s,%s,%llu\n", it.instance, known(it.release).c_str(),
+    return std::fprintf(periods_.file, "%s,%s,%lld,%lld,%lld,%s,%s,%s,%llu,%s\n", it.instance, known(it.release).c_str(),
                         number(it.ended - it.elapsed), number(it.ended), number(it.execution), known(it.priority).c_str(),
-                        known(it.cpus).c_str(), known(it.cpu).c_str(), order) >= 0;
+                        known(it.cpus).c_str(), known(it.cpu).c_str(), order, known(it.overhead).c_str()) >= 0;
   }
   return std::fprintf(executions_.file, "%s,%lld,%s,%lld,%lld,%llu,%s,%s,%s,%s\n", key_of(it).c_str(), number(it.execution), it.instance,
                       number(it.elapsed), number(it.ended), order, known(it.waits).c_str(),

@@ -25,12 +25,13 @@ struct TraceRecord {
   // The name of the codel or the port; the component, state, transition and kind of the program; or the name of the lock, and in
   // `program` the codel that held it.
   const char *name, *state, *transition, *program;
-  // Of a period: its release, the real-time priority of its thread, the CPUs that the thread may use, and the CPU where it began;
-  // -1 where they are unknown.
+  // Of a period: its release, the real-time priority of its thread, the CPUs that the thread may use, the CPU where it began, and the
+  // CPU time since the end of the period before without codels and ports; -1 where they are unknown.
   Nanoseconds release;
   int priority;
   std::int64_t cpus;
   int cpu;
+  Nanoseconds overhead;
   // Of a codel: how often its thread waited by its own will, without the waits for locks, -1 where that is unknown; and for how
   // long it waited for locks.
   std::int64_t waits;
@@ -42,7 +43,7 @@ struct TraceRecord {
 
   static TraceRecord of(Kind kind, const char* instance, const char* name, Nanoseconds execution, Nanoseconds began,
                         Nanoseconds ended) {
-    return {kind, instance, execution, ended - began, ended, name, "", "", "", -1, -1, -1, -1, -1, 0, Outcome::Unknown, 0};
+    return {kind, instance, execution, ended - began, ended, name, "", "", "", -1, -1, -1, -1, -1, -1, 0, Outcome::Unknown, 0};
   }
 };
 

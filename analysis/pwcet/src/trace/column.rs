@@ -1,7 +1,7 @@
 //! The files of `mauve run --trace`, and their columns.
 
 /// The number of columns that are read.
-pub(super) const COLUMNS: usize = 16;
+pub(super) const COLUMNS: usize = 17;
 
 /// A column that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,6 +38,8 @@ pub enum Column {
     Status,
     /// `number`: the number of the value, among those that its port has written.
     Number,
+    /// `overhead_ns`: the CPU time of its thread since the end of the period before, without codels and accesses of ports.
+    Overhead,
 }
 
 impl Column {
@@ -59,6 +61,7 @@ impl Column {
         (Column::Blocked, "blocked_ns"),
         (Column::Status, "status"),
         (Column::Number, "number"),
+        (Column::Overhead, "overhead_ns"),
     ];
 
     /// Returns the name in a header.

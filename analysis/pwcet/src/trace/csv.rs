@@ -352,6 +352,7 @@ impl CsvValues {
             release,
             scheduling: priority.map(|priority| Scheduling { priority, cpus }),
             cpu: self.small(Column::Cpu)?,
+            overhead: self.time(Column::Overhead)?,
             ..Span::default()
         };
         Ok((b"", instance, span))

@@ -9,7 +9,6 @@
 use std::fmt::Write as _;
 
 use mauve_hir::{Database, File, Workspace};
-use mauve_pwcet::rounded_up;
 use mauve_timing::{Level, Overhead, Time, with_dispatch};
 use mauve_wcrt::{Deadlines, Query, files_of, response_times, table, tables_of_host, timetable_of};
 
@@ -27,8 +26,9 @@ impl Overheads {
     pub(super) fn of(checked: &Checked<'_>) -> Overheads {
         let instances = checked.expected.instances.iter().zip(&checked.observed.instances);
         let instances = instances.filter(|_| !checked.summary.is_from_tables);
-        let overhead =
-            instances.filter_map(|(of, seen)| Some((rounded_up(seen.overhead? as f64), of.instance.clone())));
+        let overhead = instances.filter_map(|(of, seen)| {
+            Some((seen.overhead?.div_ceil(1000).saturating_mul(1000), of.instance.clone()))
+        });
         let mut found: Vec<(u64, String)> = overhead.collect();
         found.sort_by(|a, b| b.cmp(a));
         Overheads(found)
