@@ -462,6 +462,8 @@ fn orocos_the_printed_lines_mend_what_a_recording_refutes() {
     write_all(&written(&once.replace("waits = 1", "waits = 2")), &configuration);
     let (code, out, err) = run_for("again");
     assert!(!has_real_time() || code == Some(0) && !out.contains("above its bound"), "{out}{err}");
+    // What the table has is not proposed again, unless it was too short.
+    assert!(!out.contains("[wait]") || out.contains("   # replaces 60\n"), "{out}");
 }
 
 /// Two instances of one component, whose names scripts reserve, wait longer than their bound.

@@ -28,6 +28,9 @@ class ExecutionTimes {
   void add_access(const std::string& port, Nanoseconds time) { add({port, "", "", "access"}, time); }
   // That time, or -1.
   Nanoseconds access(const char* port) const { return find(port, "", "", "access"); }
+  // The wait of a codel, or -1.
+  void add_wait(const std::string& codel, Nanoseconds time) { add({codel, "", "", "wait"}, time); }
+  Nanoseconds wait(const char* codel) const { return find(codel, "", "", "wait"); }
   // The time of a codel, or -1.
   Nanoseconds codel(const char* codel) const { return find(codel, "", "", ""); }
   // The time of a program that the tables have an entry for, or -1.

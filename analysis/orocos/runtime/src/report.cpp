@@ -127,7 +127,7 @@ std::string explanation(const std::vector<Row>& rows, const Causes& causes) {
   std::string out;
   // Instances of one component have the same keys: a table has each once, with the greatest.
   std::map<std::string, std::pair<Nanoseconds, std::int64_t>> waits;
-  std::map<std::string, Nanoseconds> accesses;
+  std::map<std::string, Nanoseconds> accesses, known;
   for (std::size_t index = 0; index < rows.size(); ++index) {
     const Row& row = rows[index];
     if (row.bound == no_bound || row.response <= row.bound || row.priority == 0) continue;
@@ -136,7 +136,8 @@ std::string explanation(const std::vector<Row>& rows, const Causes& causes) {
   }
   for (const CodelRow& it : causes.codels) {
     const std::string of = std::string("  codel ") + it.statistics.codel + " of " + rows[it.instance].instance;
-    if (it.statistics.wait > 0) {
+    if (it.statistics.wait > std::max<Nanoseconds>(it.wait, 0)) {
+      known[it.statistics.codel] = it.wait;
       out += of + " waited for something in " + std::to_string(it.statistics.waits) + " executions, and was off the CPU for up to " +
              milliseconds(it.statistics.wait) + " ms\n";
       auto& wait = waits[it.statistics.codel];
@@ -151,22 +152,25 @@ std::string explanation(const std::vector<Row>& rows, const Causes& causes) {
     }
   }
   for (const PortRow& it : causes.ports) {
-    if (it.statistics.greatest < least_access) continue;
+    if (it.statistics.greatest < least_access || it.statistics.greatest <= it.time) continue;
+    known[it.statistics.port] = it.time;
     out += std::string("  port ") + it.statistics.port + " of " + rows[it.instance].instance + " took up to " +
            milliseconds(it.statistics.greatest) + " ms\n";
     Nanoseconds& access = accesses[it.statistics.port];
     access = std::max(access, it.statistics.greatest);
   }
   if (!waits.empty() || !accesses.empty()) {
-    out += "  a bound counts no wait and no port that is not in a timing table; for a table in ms, with what preemption adds to waits\n"
+    out += "  a bound counts waits and ports as a timing table has them; for a table in ms, with what preemption adds to waits\n"
            "  (`mauve trace import` of a recording leaves it out):\n";
   }
+  const auto line = [&](const std::string& key, const std::string& value) {
+    const std::string instead = known[key] < 0 ? "" : "   # replaces " + milliseconds(known[key]);
+    out += "    \"" + key + "\" = " + value + instead + "\n";
+  };
   if (!waits.empty()) out += "    [wait]\n";
-  for (const auto& it : waits) {
-    out += "    \"" + it.first + "\" = { time = " + two_digits(it.second.first) + ", waits = " + std::to_string(it.second.second) + " }\n";
-  }
+  for (const auto& it : waits) line(it.first, "{ time = " + two_digits(it.second.first) + ", waits = " + std::to_string(it.second.second) + " }");
   if (!accesses.empty()) out += "    [access]\n";
-  for (const auto& it : accesses) out += "    \"" + it.first + "\" = " + two_digits(it.second) + "\n";
+  for (const auto& it : accesses) line(it.first, two_digits(it.second));
   for (const Work& it : causes.work) {
     const Nanoseconds per_second = work_per_second(it, causes.length);
     if (per_second < least_work) continue;

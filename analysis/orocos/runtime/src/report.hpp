@@ -38,14 +38,16 @@ struct CodelRow {
   // The index of its instance among the rows.
   std::size_t instance;
   CodelStatistics statistics;
-  // Its time in the timing tables, or -1.
-  Nanoseconds time;
+  // Its time and its wait in the timing tables, or -1.
+  Nanoseconds time, wait;
 };
 
 // What a port was like in one instance.
 struct PortRow {
   std::size_t instance;
   PortStatistics statistics;
+  // Its time in the timing tables, or -1.
+  Nanoseconds time;
 };
 
 // What a run was like, apart from the response times.

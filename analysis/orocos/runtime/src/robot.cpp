@@ -606,10 +606,10 @@ Causes Robot::State::causes() const {
   for (std::size_t index = 0; index < threads.size(); ++index) {
     const Context& context = threads[index]->context();
     for (const CodelStatistics& it : context.codels) {
-      if (it.codel != nullptr) causes.codels.push_back({index, it, times.codel(it.codel)});
+      if (it.codel != nullptr) causes.codels.push_back({index, it, times.codel(it.codel), times.wait(it.codel)});
     }
     for (const PortStatistics& it : context.ports) {
-      if (it.port != nullptr) causes.ports.push_back({index, it});
+      if (it.port != nullptr) causes.ports.push_back({index, it, times.access(it.port)});
     }
   }
   return causes;
@@ -784,6 +784,8 @@ void Robot::assume_answer(const std::string& instance, const std::string& end) {
 }
 
 void Robot::codel_time(const std::string& codel, std::int64_t time) { state_->times.add(codel, time); }
+
+void Robot::codel_wait(const std::string& codel, std::int64_t time) { state_->times.add_wait(codel, time); }
 
 void Robot::access_time(const std::string& port, std::int64_t time) { state_->times.add_access(port, time); }
 

@@ -175,6 +175,10 @@ fn known_times<'db>(model: Model<'_, 'db>, times: &ExecutionTimes<'db>) -> Strin
     let codels = times.codels.iter().filter_map(|(codel, time)| {
         Some(call("codel_time", &[codel_key(model.db, *codel), (*time)?.as_nanos().to_string()]))
     });
+    let waits = times
+        .waits
+        .iter()
+        .map(|(codel, time)| call("codel_wait", &[codel_key(model.db, *codel), time.as_nanos().to_string()]));
     let programs = times.programs.iter().map(|(component, program, time)| {
         let key = program_key(model.db, *component, program);
         call("program_time", &[key, time.as_nanos().to_string()])
@@ -184,5 +188,5 @@ fn known_times<'db>(model: Model<'_, 'db>, times: &ExecutionTimes<'db>) -> Strin
     });
     let overhead =
         (times.overhead > Time::ZERO).then(|| call("overhead", &[times.overhead.as_nanos().to_string()]));
-    lines(codels.chain(programs).chain(accesses).chain(overhead))
+    lines(codels.chain(waits).chain(programs).chain(accesses).chain(overhead))
 }

@@ -62,6 +62,8 @@ class Robot {
 
   // For the virtual clock, and for codels that are stubs.
   void codel_time(const std::string& codel, std::int64_t time);
+  // How long it waits at most.
+  void codel_wait(const std::string& codel, std::int64_t time);
   // Of a read or a write of a port, named by its component and its own name.
   void access_time(const std::string& port, std::int64_t time);
   void program_time(const std::string& component, const std::string& state, const std::string& transition,
