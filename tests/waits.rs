@@ -549,3 +549,72 @@ fn orocos_a_run_and_its_recording_say_the_same() {
     }
     assert_eq!(mauve(&folder, &["trace", "check", "rec"]), (1, checked, String::new()));
 }
+
+/// Codels of `motion` and `arm` share a lock, as the page of generated code says.
+const SHARED: &str = "library arm {
+  codel grab(): int
+  shell S { }
+  core C(S) { update = { grab(); } }
+  component Arm(S, C)
+}
+library motion {
+  codel brake(): int
+  shell S { }
+  core C(S) { update = { brake(); } }
+  component Motion(S, C)
+}
+library robot {
+  use arm
+  use motion
+  architecture A { instance arm: Arm  instance motion: Motion }
+  deployment D {
+    architecture A
+    activity arm { affinity = 1  priority = 20  period = 10 }
+    activity motion { affinity = 1  priority = 10  period = 20 }
+  }
+}
+";
+
+#[test]
+fn orocos_codels_of_two_libraries_share_a_lock() {
+    let folder = folder("shared-lock");
+    let lock = "[locks.bus]\ncodels = [\"motion.brake\", \"arm.grab\"]\nprotocol = \"inheritance\"\n";
+    let times = "[codel]\n\"motion.brake\" = 1\n\"arm.grab\" = 1\n";
+    let configuration = format!("{CONFIGURATION}{lock}");
+    write(&folder, &[("robot.mal", SHARED), ("mauve.toml", &configuration), ("times.toml", times)]);
+    let codels = folder.join("src");
+    run(Command::new(MAUVE).arg("generate").arg(&folder).arg("--out").arg(&codels));
+    let page = include_str!("spec/generated-code.md");
+    let recipe = page.split_once("**Codels of two libraries**").unwrap().1;
+    let blocks: Vec<&str> = recipe.split("```\n").skip(1).step_by(2).take(3).collect();
+    let [header, link, used] = blocks[..] else { panic!("{recipe}") };
+    let (include, held) = used.split_once("\n\n").unwrap();
+    let codel = |library: &str, codel: &str, before: &str, taken: &str| {
+        format!(
+            "#include <{library}/{library}-codels.hpp>\n#include <mutex>\n{include}\nnamespace {library} {{\n{before}int {codel}() {{\n  \
+             {taken}\n  return 1;\n}}\n}}\n"
+        )
+    };
+    write(
+        &codels,
+        &[
+            ("motion/include/motion/bus.hpp", header),
+            ("arm/user.cmake", link),
+            ("arm/src/codels/grab.cpp", &codel("arm", "grab", "", held)),
+            ("motion/src/codels/brake.cpp", &codel("motion", "brake", "MauveLock bus(\"bus\");\n", held)),
+        ],
+    );
+    let arguments = ["--build-only", "--codels", codels.to_str().unwrap()];
+    let built = mauve_run(&folder, &folder.join("cache"), &arguments);
+    assert!(built.status.success(), "{}", text(&built.stderr));
+    let recording = folder.join("rec");
+    let recorded = ["--for", "1s", "--trace", recording.to_str().unwrap(), "--allow-non-realtime"];
+    let arguments = &recorded[..if has_real_time() { 4 } else { 5 }];
+    let (code, out, err) = run_program(Path::new(text(&built.stdout).trim()), "", arguments);
+    assert!(code == Some(0) || code == Some(1), "{out}{err}");
+    let executions = std::fs::read_to_string(recording.join("executions.csv")).unwrap();
+    for codel in ["arm.grab", "motion.brake"] {
+        let key = format!("(lock bus) {codel},");
+        assert!(executions.lines().any(|line| line.starts_with(&key)), "{key}\n{executions}");
+    }
+}
