@@ -237,3 +237,18 @@ fn an_ignored_signal_ends_no_build() {
     assert!(output.status.success(), "{}", said(&output));
     assert!(bench.0.join(".cache/mauve/run").is_dir());
 }
+
+/// CPUs that this computer lacks are refused before anything is built.
+#[test]
+fn missing_cpus_are_refused_before_the_build() {
+    let bench = Bench::new("cpus");
+    write(&bench.0, &[("robot.mal", &ROBOT.replace("affinity = 1", "cpus = [1, 128]"))]);
+    bench.program("bin/cmake", "touch built");
+    let mut command = Command::new(MAUVE);
+    command.args(["run", "robot.mal"]).current_dir(&bench.0).env("HOME", &bench.0);
+    command.env("PATH", format!("{}:/usr/bin:/bin", bench.0.join("bin").display()));
+    let output = command.output().unwrap();
+    let refused = "programs on this computer may not use CPU 128 of the deployment";
+    assert!(output.status.code() == Some(2) && said(&output).contains(refused), "{}", said(&output));
+    assert_eq!(bench.text("built"), None);
+}

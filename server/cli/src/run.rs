@@ -20,11 +20,13 @@ use mauve_projects::holder::holder;
 use mauve_projects::load::Outside;
 use mauve_projects::load::load;
 use mauve_projects::output::{Output, say};
-use mauve_timing::Time;
+use mauve_timing::{CpuSet, Time};
+use mauve_wcrt::{Query, response_times};
 
 use super::generate::{refusal_text, warn_of_deadlines};
 use crate::errors::{host_called, only_deployment};
 use crate::options::time;
+use crate::platform::available_cpus;
 use crate::text::argument;
 use build::{Build, check_tools};
 
@@ -89,6 +91,9 @@ impl RunCommand {
         }
         let host = host_called(&db, (project, deployment), self.host.as_deref())?;
         self.check_topics(&db, project, deployment, host)?;
+        if !self.simulate_time && !self.allow_non_realtime && !self.build_only {
+            check_cpus(&db, project, deployment, host)?;
+        }
         check_tools()?;
         warn_of_deadlines(&db, &workspaces, &[(project, Some(deployment))])?;
         let program = self.build(&db, project, deployment, host)?;
@@ -212,6 +217,28 @@ fn has_cyclone() -> bool {
     let header = |folder: &str| Path::new(folder).join("include/dds/dds.h").exists();
     is_named.into_iter().any(|it| std::env::var_os(it).is_some())
         || ["/usr", "/usr/local"].into_iter().any(header)
+}
+
+/// Refuses CPUs that the program would refuse after the build.
+fn check_cpus<'db>(
+    db: &'db Database,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    host: Option<usize>,
+) -> Result<(), String> {
+    let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
+    let of_host = host.and_then(|it| report.hosts.all.get(it)).map_or(CpuSet::ALL, |it| it.cpus);
+    let tasks = report.activities.iter().map(|it| &it.task).chain(report.others());
+    let real_time = tasks.filter(|it| it.priority.real_time().is_some());
+    let needed: CpuSet = real_time.filter_map(|it| it.cpus).map(|cpus| cpus & of_host).collect();
+    let missing = report.hosts.local(needed).1 - available_cpus().unwrap_or(CpuSet::ALL);
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "programs on this computer may not use {missing} of the deployment; --simulate-time needs none of this, and with \
+         --allow-non-realtime the response times do not hold"
+    ))
 }
 
 /// Returns the folder of the packages with the user's codels.
