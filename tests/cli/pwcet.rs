@@ -401,8 +401,8 @@ fn ports_are_estimated_and_waits_are_told() {
     );
     // Short accesses of a component are a part of its overhead, and those of a topic are not.
     assert!(topic.key == "ros2.laser.frame" && found.out.contains("ros2.laser.frame "), "{}", found.out);
-    let wait = "`robot.scan` waited for up to 7.060 ms, which is in no execution time: in a timing table in ms, [wait] \
-                \"robot.scan\" = { time = 7.1, waits = 1 }";
+    let wait = "`robot.scan` waited for up to 7.060 ms, which is in no execution time: in a timing table in us, [wait] \
+                \"robot.scan\" = { time = 7100, waits = 1 }";
     assert!(found.err.contains(wait), "{}", found.err);
     // Once the table has it, nothing is to be said.
     std::fs::write(folder.join("timing.toml"), table(&folder) + "[wait]\nscan = 7100\n").unwrap();

@@ -304,3 +304,23 @@ fn a_full_disk_leaves_the_sample_file_as_it_was() {
         run.err
     );
 }
+
+/// What is printed can be pasted into the table that the project has: in its unit, without a key or a section that it has already.
+#[test]
+fn printed_lines_can_be_pasted_into_the_table() {
+    let header = "codel,execution_ns,instance,elapsed_ns,time_ns,waits\n";
+    let line = |codel: &str, at: u64| format!("arm.{codel},60000,driver,870000,{},1\n", 1_000_000 * at);
+    let recording =
+        [header.to_owned(), line("read", 1), line("send", 2), line("look", 3), line("stop", 4)].concat();
+    let table = "unit = \"us\"\n[codel]\n\"arm.read\" = 100\n[wait]\n\"arm.send\" = 900\nlook = 700\n";
+    let config = "timing.tables = [\"t*.toml\"]\n";
+    let folder = folder(&[("rec.csv", &recording), ("times.toml", table), ("mauve.toml", config)]);
+    let run = import(&folder, &["rec.csv"]);
+    let printed = "for `times.toml` in us:\nunder [wait]\n\
+                   \"arm.read\" = { time = 810, waits = 1 }\n\"arm.stop\" = { time = 810, waits = 1 }\n\
+                   in `times.toml`, replace `look`: \"arm.look\" = { time = 810, waits = 1 }\n";
+    assert!(run.out.contains(printed), "{}", run.out);
+    assert!(!run.out.contains("arm.send\" ="), "{}", run.out);
+    let pasted = format!("{table}{}", "\"arm.read\" = { time = 810, waits = 1 }\n");
+    assert_eq!(mauve_timing::Table::parse(&pasted).errors, []);
+}

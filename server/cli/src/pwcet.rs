@@ -19,7 +19,7 @@ use mauve_projects::replace::put;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::trace::SpanKind;
 use mauve_pwcet::{EstimateOptions, Measurement, measure, rounded_up};
-use mauve_timing::{Level, MOST_LEVELS, Table, Time};
+use mauve_timing::{Level, MOST_LEVELS, Table, Time, unit_in};
 
 use self::budgets::{Budgets, budgets};
 use self::estimates::{Estimates, MeasuredEntry};
@@ -125,8 +125,10 @@ impl Pwcet {
             code |= u8::from(written.is_exceeded || self.has_open(&estimates));
         }
         let table = self.output.as_ref().and_then(|path| disk::read(path, disk::LONGEST).ok());
-        let table = Table::parse(&String::from_utf8_lossy(&table.unwrap_or_default()));
-        waits::messages(&self.samples, &table).iter().for_each(|message| say(message));
+        let text = String::from_utf8(table.unwrap_or_default()).unwrap_or_default();
+        waits::messages(&self.samples, &Table::parse(&text), unit_in(&text))
+            .iter()
+            .for_each(|message| say(message));
         if let Some(path) = &self.report {
             let fingerprints: Vec<String> = files.iter().map(Samples::fingerprint).collect();
             put(path, &report::report(&estimates, &self.samples, &fingerprints))?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use mauve_diagnostics::shortened;
 use mauve_ide::in_columns;
 use mauve_projects::output::terminal_columns;
-use mauve_timing::Time;
+use mauve_timing::{Time, Unit};
 
 /// Returns a path as it is shown: relative to `here` if it is below that folder.
 pub(super) fn shown(path: &Path, here: &Path) -> String {
@@ -21,16 +21,21 @@ pub(super) fn argument(path: &Path) -> String {
 
 /// Returns a time in milliseconds with two significant digits, rounded up: for a line that somebody copies into a table.
 pub(super) fn two_digits(nanoseconds: u64) -> String {
+    two_digits_in(nanoseconds, Unit::Milliseconds)
+}
+
+/// The same in another unit.
+pub(super) fn two_digits_in(nanoseconds: u64, of: Unit) -> String {
     let mut unit = 1_000_u64;
     while nanoseconds > unit.saturating_mul(99) {
         unit = unit.saturating_mul(10);
     }
-    Time::from_nanos(nanoseconds.div_ceil(unit).saturating_mul(unit)).number()
+    Time::from_nanos(nanoseconds.div_ceil(unit).saturating_mul(unit)).number_in(of)
 }
 
-/// Returns the line of a codel under `[wait]` of a table in milliseconds; `times` is 0 where it is not known how often it waits.
-pub(super) fn wait_entry(codel: &str, wait: u64, times: u64) -> String {
-    let time = two_digits(wait);
+/// Returns the line of a codel under `[wait]` of a table in this unit; `times` is 0 where it is not known how often it waits.
+pub(super) fn wait_entry(codel: &str, wait: u64, times: u64, unit: Unit) -> String {
+    let time = two_digits_in(wait, unit);
     match times {
         0 => format!("\"{codel}\" = {time}"),
         _ => format!("\"{codel}\" = {{ time = {time}, waits = {times} }}"),
@@ -235,7 +240,7 @@ pub(super) fn duration(nanoseconds: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use mauve_timing::{Rounding, Unit};
+    use mauve_timing::Rounding;
 
     use super::*;
 

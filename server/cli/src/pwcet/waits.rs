@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use mauve_projects::disk;
-use mauve_timing::{Observed, ObservedTimes, Table};
+use mauve_timing::{Observed, ObservedTimes, Table, Unit};
 
 use crate::text::{duration, wait_entry};
 
 /// Returns a message for each codel that waited longer than `table` says, with the line to write.
-pub(super) fn messages(samples: &[PathBuf], table: &Table) -> Vec<String> {
+pub(super) fn messages(samples: &[PathBuf], table: &Table, unit: Unit) -> Vec<String> {
     let mut codels: BTreeMap<String, ObservedTimes> = BTreeMap::new();
     for path in samples {
         let Ok(text) = disk::read(&path.with_extension("observed.toml"), disk::LONGEST) else { continue };
@@ -20,14 +20,14 @@ pub(super) fn messages(samples: &[PathBuf], table: &Table) -> Vec<String> {
     }
     codels.retain(|codel, it| it.wait > known_wait(table, codel));
     let message = |(codel, it): (&String, &ObservedTimes)| {
-        let (time, line) = (duration(it.wait), wait_entry(codel, it.wait, it.times));
+        let (time, line) = (duration(it.wait), wait_entry(codel, it.wait, it.times, unit));
         match it.is_wait_known {
             true => format!(
-                "`{codel}` waited for up to {time}, which is in no execution time: in a timing table in ms, [wait] {line}"
+                "`{codel}` waited for up to {time}, which is in no execution time: in a timing table in {unit}, [wait] {line}"
             ),
             false => format!(
                 "`{codel}` was off the CPU for up to {time}, which is in no execution time: the recording does not say whether it \
-                 waited; if it did, a timing table in ms needs [wait] {line}"
+                 waited; if it did, a timing table in {unit} needs [wait] {line}"
             ),
         }
     };

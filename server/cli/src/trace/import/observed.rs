@@ -4,17 +4,21 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use mauve_hir::{CONFIG_FILE, toml_key};
+use mauve_hir::{CONFIG_FILE, Database, File, toml_key};
 use mauve_projects::disk;
+use mauve_projects::load::load;
 use mauve_projects::output::say;
 use mauve_projects::replace::put;
 use mauve_pwcet::trace::{Observation, SeenName, SpanKind, TraceReader, Wait, lock_of, port_of};
-use mauve_timing::{LEAST_WORK, Observed, ObservedTimes, Recording, UNSUSPICIOUS, digest_of};
+use mauve_timing::{
+    LEAST_WORK, Observed, ObservedTimes, Recording, Table, UNSUSPICIOUS, Unit, digest_of, unit_in,
+};
+use mauve_wcrt::table_files;
 use toml_edit::{DocumentMut, Item};
 
 use super::messages::{self, work_elsewhere};
 use crate::date::today;
-use crate::text::{duration, two_digits, wait_entry, wrapped};
+use crate::text::{duration, two_digits, two_digits_in, wait_entry, wrapped};
 
 /// What the traces of one command showed.
 #[derive(Debug, Default)]
@@ -119,8 +123,9 @@ impl Memory {
         for trace in &self.traces {
             seen.merge(trace.clone());
         }
-        let mut out = self.waits();
-        out += &accesses(&seen);
+        let tables = PasteTables::beside(&path);
+        let mut out = self.waits(&tables);
+        out += &accesses(&seen, &tables);
         let config = std::path::absolute(&path).ok().and_then(|path| next_config(&path));
         out += &sections(&seen, config.as_ref().map(|(_, config)| config));
         let name = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -137,7 +142,7 @@ impl Memory {
     }
 
     /// Says which codels waited, and what to write.
-    fn waits(&self) -> String {
+    fn waits(&self, tables: &PasteTables) -> String {
         let mut lines = String::new();
         for (codel, (wait, executions)) in self.waits.iter().filter(|(_, (wait, _))| wait.greatest > 0) {
             let of = format!("{} of {executions} executions", wait.executions);
@@ -146,37 +151,105 @@ impl Memory {
                 say(&format!(
                     "codel `{codel}` was off the CPU for up to {greatest}, in {of}, and no period of the recording explains it: it waited, \
                      or something that the recording does not have preempted it; a recording with the column `waits` tells \
-                     which (`mauve run --trace`, or packages of this version); if it waited, the timing table needs, in ms, [wait] {}",
-                    wait_entry(codel, wait.greatest, wait.times)
+                     which (`mauve run --trace`, or packages of this version); if it waited, the timing table needs, in {}, [wait] {}",
+                    tables.unit,
+                    wait_entry(codel, wait.greatest, wait.times, tables.unit)
                 ));
             } else {
                 lines += &format!("codel `{codel}` waited for up to {greatest}, in {of}\n");
             }
         }
         let known = self.waits.iter().filter(|(_, (wait, _))| wait.greatest > 0 && !wait.is_unknown);
-        let entries: String =
-            known.map(|(codel, (wait, _))| wait_entry(codel, wait.greatest, wait.times) + "\n").collect();
-        if !entries.is_empty() {
-            lines += &format!(
-                "no bound counts a wait that is not in a timing table; each has its wake-up latency in it; for a table in ms:\n[wait]\n{entries}"
-            );
-        }
-        lines
+        let entries = known.map(|(codel, (wait, _))| PasteEntry {
+            key: codel,
+            time: wait.greatest,
+            times: wait.times,
+            line: wait_entry(codel, wait.greatest, wait.times, tables.unit),
+        });
+        let why = "no bound counts a wait that is not in a timing table; each has its wake-up latency in it";
+        lines + &tables.lacking("wait", why, entries)
     }
 }
 
 /// Returns the lines for ports whose accesses took long.
-fn accesses(seen: &Observed) -> String {
+fn accesses(seen: &Observed, tables: &PasteTables) -> String {
     let long = seen.accesses.iter().filter(|(_, it)| it.greatest > UNSUSPICIOUS);
-    let entries: String =
-        long.map(|(port, it)| format!("\"{port}\" = {}\n", two_digits(it.greatest))).collect();
-    if entries.is_empty() {
-        return entries;
+    let entries = long.map(|(port, it)| PasteEntry {
+        key: port,
+        time: it.greatest,
+        times: 0,
+        line: format!("\"{port}\" = {}", two_digits_in(it.greatest, tables.unit)),
+    });
+    let why = "a port without an entry in a timing table costs nothing; unless `mauve pwcet` estimates it";
+    tables.lacking("access", why, entries)
+}
+
+/// An entry to paste into a timing table: its key, what was observed, and its line.
+struct PasteEntry<'a> {
+    key: &'a str,
+    time: u64,
+    /// How often a codel waits in one execution; 0 where that is not known.
+    times: u64,
+    line: String,
+}
+
+/// The timing tables of the next mauve.toml. Entries are printed for the first one, in its unit.
+#[derive(Default)]
+struct PasteTables {
+    all: Vec<(String, Table)>,
+    /// The text of the first one.
+    first: DocumentMut,
+    unit: Unit,
+}
+
+impl PasteTables {
+    fn beside(path: &Path) -> PasteTables {
+        let mut db = Database::default();
+        let config = std::path::absolute(path).ok().and_then(|path| next_config(&path));
+        let workspaces =
+            config.and_then(|(folder, _)| load(&mut db, &[folder.join(CONFIG_FILE)], false).ok());
+        let Some(&workspace) = workspaces.iter().flatten().next() else { return PasteTables::default() };
+        let files = &table_files(&db, workspace).files;
+        let name =
+            |file: &File| file.path(&db).file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let all = files.iter().map(|file| (name(file), Table::parse(file.text(&db)))).collect();
+        let text = files.first().map_or("", |file| file.text(&db));
+        PasteTables { all, first: text.parse().unwrap_or_default(), unit: unit_in(text) }
     }
-    format!(
-        "a port without an entry in a timing table costs nothing; unless `mauve pwcet` estimates it, for a table in ms:\n\
-         [access]\n{entries}"
-    )
+
+    /// Returns the entries that no table has, to paste, and those that a table has with a shorter time, to replace.
+    fn lacking<'a>(&self, section: &str, why: &str, entries: impl Iterator<Item = PasteEntry<'a>>) -> String {
+        let (mut new, mut others) = (String::new(), String::new());
+        for PasteEntry { key, time, times, line } in entries {
+            // An entry may lack the library; that of a port has its component.
+            let short = key.split_once('.').map(|(_, short)| short);
+            let short = short.filter(|short| section == "wait" || short.contains('.'));
+            let found = self.all.iter().find_map(|(file, table)| {
+                let all = if section == "wait" { &table.waits } else { &table.accesses };
+                let is_it = |name: &str| all.iter().find(|it| it.key == name);
+                Some((file, is_it(key).or_else(|| is_it(short?))?))
+            });
+            let Some((file, entry)) = found else {
+                new += &format!("{line}\n");
+                continue;
+            };
+            let known = entry.value.as_ref().map_or(0, |it| it.greatest().as_nanos());
+            if time > known || entry.waits.is_some_and(|it| times > it) {
+                others += &format!("in `{file}`, replace `{}`: {line}\n", entry.key);
+            }
+        }
+        let mut out = String::new();
+        if !new.is_empty() {
+            let table = self.all.first().map_or("a table".to_owned(), |(file, _)| format!("`{file}`"));
+            // A section may be written once.
+            let header = match self.first.contains_key(section) {
+                true => format!("under [{section}]"),
+                false => format!("[{section}]"),
+            };
+            out += &format!("{why}; for {table} in {}:\n{header}\n{new}", self.unit);
+        }
+        out + &others
+    }
 }
 
 /// Returns the sections that mauve.toml lacks.
