@@ -305,7 +305,7 @@ fn a_full_disk_leaves_the_sample_file_as_it_was() {
     );
 }
 
-/// What is printed can be pasted into the table that the project has: in its unit, without a key or a section that it has already.
+/// The lines can be pasted into the table that the project has: in its unit, without a key or a section that it has already.
 #[test]
 fn printed_lines_can_be_pasted_into_the_table() {
     let header = "codel,execution_ns,instance,elapsed_ns,time_ns,waits\n";

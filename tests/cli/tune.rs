@@ -461,7 +461,7 @@ fn other_periods_leave_comments_and_deadlines_that_differ() {
     "#]].assert_eq(&found.out);
 }
 
-/// Ten activities on one CPU, one of which waits: the orders are too many to analyse all. `first` has this deadline.
+/// Ten activities on one CPU; one waits, and the orders are too many to analyse all. `first` has this deadline.
 fn ten(name: &str, deadline: u32) -> PathBuf {
     let folder = folder(name);
     let names: Vec<String> =

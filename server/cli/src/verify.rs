@@ -96,7 +96,7 @@ fn said(of: &Summary) -> String {
     let (plain, others): (Vec<_>, Vec<_>) = of.chains.iter().partition(is_plain);
     text.extend(others.iter().map(|it| line(&format!("    `{}`: {}", it.name, latency(it)))));
     if !others.is_empty() {
-        text += "    these latencies count whole response times: `mauve chains`, which counts up to the write, may have less\n";
+        text += "    these latencies count whole response times; `mauve chains` counts up to the write, and may have less\n";
     }
     if !plain.is_empty() {
         text += &format!("    {} without a limit: the latency is proved\n", counted(plain.len(), "chain"));
