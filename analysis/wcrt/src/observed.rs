@@ -103,6 +103,8 @@ struct InstanceObserver {
     has_programs: bool,
     /// Programs were too many, or periods are missing: the path is not compared.
     is_interrupted: bool,
+    /// Whether the recording has the overhead of its periods.
+    has_overhead: bool,
     last_end: u64,
     /// The number of codels and other spans since the last period, and the greatest one of codels in a period.
     spans: u64,
@@ -264,9 +266,12 @@ impl Observer {
         let tracing = if span.thread.is_some() { TRACING.0 + instance.spans * TRACING.1 } else { 0 };
         instance.most_codels = instance.most_codels.max(instance.codels);
         let measured = std::mem::take(&mut instance.measured);
-        // Recordings of earlier versions lack the wake-up.
-        let of_period =
-            (instance.codels > 0 && span.thread.is_none()).then(|| span.execution.saturating_sub(measured));
+        // Recordings of earlier versions lack the wake-up. Of the first period of a thread, no recording has it.
+        if span.overhead.is_some() && !std::mem::replace(&mut instance.has_overhead, true) {
+            instance.observed.overhead = None;
+        }
+        let is_derived = instance.codels > 0 && span.thread.is_none() && !instance.has_overhead;
+        let of_period = is_derived.then(|| span.execution.saturating_sub(measured));
         instance.observed.overhead = instance.observed.overhead.max(span.overhead.or(of_period));
         (instance.spans, instance.codels) = (0, 0);
         if expected.own.is_some_and(|own| span.execution > own.saturating_add(tracing)) {
