@@ -26,7 +26,6 @@
 //! | `semantics.rs` | resolution at a position of a text, for editors |
 //! | `structure.rs` | a core without its programs: what an edit of a program does not change |
 //! | `program_graph.rs` | each program as nodes in the order of execution: what costs, values and passages are computed from |
-//! | `program_text.rs` | the graphs as text, to look at them |
 //! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |
 //! | `flow.rs`, `flow/` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
 //! | `passage.rs`, `passage/` | how data passes through a core: its flow graph, and a search along all paths |
@@ -78,7 +77,6 @@ mod passage;
 mod product;
 mod program_graph;
 mod program_id;
-mod program_text;
 mod project;
 mod ranges;
 mod resolve;
@@ -139,7 +137,6 @@ pub use passage::{
 };
 pub use product::{Product, ProductEdge, ProductState, product_of};
 pub use program_id::{ProgramId, ProgramKey};
-pub use program_text::graphs_as_text;
 pub use project::{
     CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, file_groups,
     files_in_group, include_candidates, include_rings, includes, is_model, platform_of, project_files,

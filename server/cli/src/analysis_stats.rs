@@ -8,8 +8,8 @@ use crate::text::counted;
 use mauve_diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Database, File, Project, Workspace, behaviour_of, graphs_as_text, inference_of_core, item_tree_of,
-    names_of, parse, project_files, projects,
+    Database, File, Project, Workspace, behaviour_of, inference_of_core, item_tree_of, names_of, parse,
+    project_files, projects,
 };
 use mauve_projects::load::load;
 use mauve_projects::memory::resident;
@@ -20,9 +20,6 @@ use mauve_wcrt::{Query, response_times};
 pub struct AnalysisStats {
     #[command(flatten)]
     paths: Paths,
-    /// Print the graph of each program instead: what execution times, values of counters and passages of data are computed from
-    #[arg(long)]
-    graph: bool,
 }
 
 impl AnalysisStats {
@@ -31,9 +28,6 @@ impl AnalysisStats {
         let mut db = Database::default();
         let start = Instant::now();
         let workspaces = load(&mut db, paths, false)?;
-        if self.graph {
-            return Ok(Output::escaped(graphs(&db, &workspaces), 0));
-        }
         let mut out = line("load", start, &counted(workspaces.len(), "workspace"));
         out += &stages(&db, &workspaces);
         if let Some(bytes) = resident() {
@@ -41,19 +35,6 @@ impl AnalysisStats {
         }
         Ok(Output::escaped(out, 0))
     }
-}
-
-/// Returns the graphs of all programs of all cores.
-fn graphs(db: &Database, workspaces: &[Workspace]) -> String {
-    let mut out = String::new();
-    for &project in workspaces.iter().flat_map(|&workspace| projects(db, workspace)) {
-        for &core in names_of(db, project).all.iter().filter(|it| it.kind(db) == Kind::Core) {
-            for (program, graph) in graphs_as_text(db, project, core) {
-                let _ = writeln!(out, "{} {program}\n{graph}", core.qualified(db));
-            }
-        }
-    }
-    out
 }
 
 fn line(stage: &str, start: Instant, result: &str) -> String {
