@@ -11,7 +11,7 @@ pub(crate) use check::available_cpus;
 
 #[derive(Debug, Subcommand)]
 pub enum PlatformCommand {
-    /// Check this computer: kernel, throttling, frequency, sleep, rights, clock, and the CPUs of mauve.toml.
+    /// Check this computer: kernel, throttling, frequency, sleep, rights and clock.
     ///
     /// Response times hold on a computer that runs real-time threads at once and at one speed. One line for each property says
     /// whether this computer has it, and how to fix it.

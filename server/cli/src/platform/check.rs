@@ -9,11 +9,9 @@
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use mauve_hir::{CONFIG_FILE, Database, config_of, hosts_of, similar};
 use mauve_projects::json::{self, object};
-use mauve_projects::load::{Outside, load};
 use mauve_projects::output::Output;
 use mauve_timing::{CpuSet, Time};
 
@@ -22,14 +20,6 @@ use crate::text::wrapped;
 
 #[derive(Debug, clap::Args)]
 pub struct PlatformCheck {
-    /// The project whose CPUs this computer must have: a folder or a mauve.toml; the current folder when left out.
-    #[arg(default_value = ".", hide_default_value = true)]
-    path: PathBuf,
-    #[command(flatten)]
-    outside: Outside,
-    /// Which `[host.NAME]` this computer is.
-    #[arg(long, value_name = "NAME")]
-    host: Option<String>,
     /// How to show the properties.
     #[arg(long, value_enum, default_value = "table")]
     format: TableFormat,
@@ -40,9 +30,7 @@ pub struct PlatformCheck {
 
 impl PlatformCheck {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let kernel = Kernel { root: self.root.clone() };
-        let mut properties: Vec<_> = properties(&kernel).into();
-        properties.extend(self.cpus(&kernel)?.map(|it| ("CPUs", it)));
+        let properties = properties(&Kernel { root: self.root });
         let code = u8::from(properties.iter().any(|(_, it)| it.state == PropertyState::Bad));
         match self.format {
             TableFormat::Table => Ok(Output::escaped(table(&properties), code)),
@@ -56,51 +44,16 @@ impl PlatformCheck {
     }
 }
 
-impl PlatformCheck {
-    /// Compares the number of CPUs in `mauve.toml` with what this computer has. None where it has no such number.
-    fn cpus(&self, kernel: &Kernel) -> Result<Option<Property>, String> {
-        let is_here = self.path.is_file() || self.path.join(CONFIG_FILE).is_file();
-        if !is_here && self.host.is_none() && self.path == Path::new(".") {
-            return Ok(None);
-        }
-        let mut db = Database::default();
-        let workspaces = load(&mut db, std::slice::from_ref(&self.path), self.outside.allow_outside)?;
-        let Some(&workspace) = workspaces.first() else { return Ok(None) };
-        let hosts = &hosts_of(&db, workspace).all;
-        let (key, count) = match &self.host {
-            Some(name) => {
-                let Some(host) = hosts.iter().find(|it| it.name == **name) else {
-                    let names = hosts.iter().map(|it| it.name.clone());
-                    let near = similar(name, &names.collect::<Vec<_>>());
-                    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-                    return Err(format!("there is no `[host.{name}]` in mauve.toml{near}"));
-                };
-                (format!("`[host.{name}] cpus`"), Some(host.cpus.len()))
-            }
-            None if !hosts.is_empty() => {
-                let of = "mauve.toml has several computers";
-                return Ok(Some(unknown(
-                    of,
-                    Some("name the `[host.NAME]` that this computer is: `--host NAME`"),
-                )));
-            }
-            None => ("`[platform] cpus`".to_owned(), config_of(&db, workspace).cpus),
-        };
-        let Some(wanted) = count.filter(|it| *it > 0).map(CpuSet::first_few) else { return Ok(None) };
-        Ok(Some(match kernel.available_cpus() {
-            None => unknown("the kernel does not show the CPUs of this program", None),
-            Some(cpus) if (wanted - cpus).is_empty() => good(format!("{wanted} of {key} are there")),
-            Some(cpus) => bad(
-                format!("{key} has {}, which this program may not use", wanted - cpus),
-                "write the CPUs that the computer has, or let this user, or this container, use more",
-            ),
-        }))
-    }
-}
-
 /// Returns the CPUs that this process, and so a program that it starts, may use.
 pub(crate) fn available_cpus() -> Option<CpuSet> {
-    Kernel { root: "/".into() }.available_cpus()
+    let status = Kernel { root: "/".into() }.text("proc/self/status")?;
+    let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?;
+    let part = |part: &str| {
+        let (first, last) = part.trim().split_once('-').unwrap_or((part.trim(), part.trim()));
+        let end = last.parse::<u32>().ok()?.saturating_add(1);
+        Some(CpuSet::first_few(end) - CpuSet::first_few(first.parse().ok()?))
+    };
+    list.split(',').map(part).collect()
 }
 
 fn table(properties: &[(&str, Property)]) -> String {
@@ -159,16 +112,6 @@ impl Kernel {
     /// Returns the text of a file without the white space around it; `None` if it cannot be read.
     fn text(&self, path: &str) -> Option<String> {
         Some(String::from_utf8_lossy(&self.bytes(path)?).trim().to_owned())
-    }
-
-    fn available_cpus(&self) -> Option<CpuSet> {
-        let status = self.text("proc/self/status")?;
-        let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?;
-        let part = |part: &str| {
-            let (first, last) = part.trim().split_once('-').unwrap_or((part.trim(), part.trim()));
-            Some(CpuSet::first_few(last.parse::<u32>().ok()? + 1) - CpuSet::first_few(first.parse().ok()?))
-        };
-        list.split(',').map(part).collect()
     }
 
     fn bytes(&self, path: &str) -> Option<Vec<u8>> {
