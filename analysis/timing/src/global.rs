@@ -209,6 +209,7 @@ impl Global<'_, '_> {
         }
         for index in 0..self.others.len() {
             let Some(length) = self.others[index].response else { continue };
+            (self.interrupt)();
             let others = self.others.iter().enumerate().filter(|(other, _)| *other != index);
             let work = others.map(|(_, other)| match other.response {
                 Some(response) => {

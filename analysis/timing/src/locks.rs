@@ -74,8 +74,16 @@ impl Tasks {
         let linked = linked_cpus(&raised);
         let unknown = self.unknown_holders();
         let locks: Vec<SharedLock<'_>> = self.locks.iter().map(|it| self.shared(it)).collect();
-        let found: Vec<Blocking> =
-            (0..raised.len()).map(|of| self.blocking_of(of, linked[of], &raised, &unknown, &locks)).collect();
+        let mut of_tasks: Vec<Vec<usize>> = vec![Vec::new(); raised.len()];
+        for (lock, Lock { users, .. }) in self.locks.iter().enumerate().filter(|(_, it)| it.users.len() > 1) {
+            for user in users {
+                of_tasks.get_mut(user.task).into_iter().for_each(|it| it.push(lock));
+            }
+        }
+        let of_tasks = of_tasks.iter().enumerate();
+        let found =
+            of_tasks.map(|(of, its)| self.blocking_of(of, its, linked[of], &raised, &unknown, &locks));
+        let found: Vec<Blocking> = found.collect();
         let mut tasks = raised;
         for (task, blocking) in tasks.iter_mut().zip(&found) {
             match blocking {
@@ -137,16 +145,15 @@ impl Tasks {
     fn blocking_of(
         &self,
         of: usize,
+        its: &[usize],
         linked: Option<CpuSet>,
         raised: &[Task],
         unknown: &BTreeMap<usize, usize>,
         locks: &[SharedLock<'_>],
     ) -> Blocking {
         let Some(task) = self.all.get(of) else { return Blocking::Time(Time::ZERO, Time::ZERO) };
-        for (lock, SharedLock { lock: Lock { protocol, users, .. }, cpus, .. }) in locks.iter().enumerate() {
-            if users.len() < 2 || !users.iter().any(|user| user.task == of) {
-                continue;
-            }
+        for &lock in its {
+            let SharedLock { lock: Lock { protocol, users, .. }, cpus, .. } = &locks[lock];
             if cpus.is_none() {
                 return Blocking::SeveralCpus { lock };
             }

@@ -114,8 +114,8 @@ pub use report::{
 };
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
 pub use sensitivity::{
-    ActivitySensitivity, ExecutedTime, Limit, Sensitivity, TimeSensitivity, executed_times,
-    period_sensitivity, sensitivity, time_sensitivity,
+    ActivitySensitivity, ExecutedTime, Limit, Sensitivity, TimeSensitivity, executed_times, sensitivity,
+    time_sensitivity,
 };
 pub use system::{ResolvedActivity, System, system_of};
 pub use table_set::{TableSet, all_tables_of, table_sets, tables_of, tables_of_host};

@@ -198,7 +198,9 @@ pub(crate) fn locks_of<'db>(
     let mut takers: FxHashMap<(usize, Option<usize>), LockTakers> = FxHashMap::default();
     for (index, activity) in system.activities.iter().enumerate().filter(|(_, it)| it.gateway.is_none()) {
         let locks: BTreeSet<usize> = match known_codels(activity) {
-            Some(all) => all.iter().flat_map(|codel| declared.of_codel(*codel)).map(|(lock, _)| lock).collect(),
+            Some(all) => {
+                all.iter().flat_map(|codel| declared.of_codel(*codel)).map(|(lock, _)| lock).collect()
+            }
             None => (0..declared.all.len()).collect(),
         };
         for lock in locks {

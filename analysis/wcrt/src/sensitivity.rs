@@ -27,6 +27,9 @@ use mauve_hir::{Decl, Execution, ModelDb, ProgramId, Project, TimedProgram, beha
 /// deployment with 200 activities still gets exact limits.
 const MOST_ANALYSED: usize = 1 << 13;
 
+/// So many are analysed for all values of a deployment together.
+const MOST_OF_ALL: usize = 1 << 20;
+
 /// The sensitivity of a deployment at one level.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sensitivity<'db> {
@@ -117,23 +120,19 @@ impl Limit {
     }
 }
 
-/// Computes the sensitivity of a deployment: of all times and all periods in it.
+/// Computes the sensitivity of a deployment: of all times and all periods in it, until the budget for all of them is exhausted.
 pub fn sensitivity<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
     query: Query,
 ) -> Sensitivity<'db> {
+    let of = SensitivityOf { db, project, deployment, query };
+    let mut left = MOST_OF_ALL;
     let times = executed_times(db, project, deployment, query.level).iter();
+    let times = times.map(|it| of.time(it, &mut left)).collect();
     let activities = 0..system_of(db, project, deployment).activities.len();
-    Sensitivity {
-        times: times
-            .filter_map(|it| time_sensitivity(db, project, deployment, it.of.clone(), query).clone())
-            .collect(),
-        activities: activities
-            .filter_map(|it| period_sensitivity(db, project, deployment, it, query).clone())
-            .collect(),
-    }
+    Sensitivity { times, activities: activities.filter_map(|it| of.period(it, &mut left)).collect() }
 }
 
 /// Computes how far the time of a codel or a program may grow, or must shrink; none where no activity executes it.
@@ -147,39 +146,59 @@ pub fn time_sensitivity<'db>(
 ) -> Option<TimeSensitivity<'db>> {
     let executed = executed_times(db, project, deployment, query.level);
     let it = executed.iter().find(|it| it.of == of)?;
-    let time = it.time(db, query.level);
-    let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-    let executing: Vec<usize> = it.activities.iter().chain(&it.in_background).copied().collect();
-    let search = LimitSearch { variants, of: &executing };
-    let (unproved, limit) = search.greatest_time(&of, time).unwrap_or_else(|limit| (None, limit));
-    Some(TimeSensitivity { of, time, unproved, limit })
+    let mut left = MOST_ANALYSED;
+    Some(SensitivityOf { db, project, deployment, query }.time(it, &mut left))
 }
 
-/// Computes how far the period of the activity of this index may shrink, or must grow.
-#[salsa::tracked(returns(ref))]
-pub fn period_sensitivity<'db>(
+/// The sensitivity of one deployment at one level.
+#[derive(Clone, Copy)]
+struct SensitivityOf<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
-    index: usize,
     query: Query,
-) -> Option<ActivitySensitivity> {
-    let activity = system_of(db, project, deployment).activities.get(index)?;
-    let report = response_times(db, project, deployment, query).activities.get(index)?;
-    let slack = report.slack();
-    let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-    let base = variants.with_times(&FxHashSet::default(), &|_| None);
-    // Those of one thread have one period.
-    let is_of_thread = |other: &usize| {
-        *other == index || base.activities().get(*other).is_some_and(|it| it.is_mate(activity))
-    };
-    let of: Vec<usize> = (0..base.activities().len()).filter(is_of_thread).collect();
-    let search = LimitSearch { variants, of: &of };
-    let serves = base.operations.iter().any(|operation| of.contains(&operation.provider));
-    let found = search.least_period(&base, activity);
-    let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
-    let instance = activity.instance.clone();
-    Some(ActivitySensitivity { instance, period: activity.period, slack, unproved, limit, serves })
+}
+
+impl<'db> SensitivityOf<'db> {
+    /// Returns what `search` finds with what is `left` of a budget.
+    fn within<T>(self, left: &mut usize, search: impl FnOnce(&Variants<'db>) -> T) -> T {
+        let SensitivityOf { db, project, deployment, query } = self;
+        let most = MOST_ANALYSED.min(*left);
+        let variants = Variants::new(db, project, deployment, query, most);
+        let found = search(&variants);
+        *left -= most - variants.left.get();
+        found
+    }
+
+    fn time(self, it: &ExecutedTime<'db>, left: &mut usize) -> TimeSensitivity<'db> {
+        let (of, time) = (it.of.clone(), it.time(self.db, self.query.level));
+        let executing: Vec<usize> = it.activities.iter().chain(&it.in_background).copied().collect();
+        let found =
+            self.within(left, |variants| LimitSearch { variants, of: &executing }.greatest_time(&of, time));
+        let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
+        TimeSensitivity { of, time, unproved, limit }
+    }
+
+    /// Returns how far the period of the activity of this index may shrink, or must grow.
+    fn period(self, index: usize, left: &mut usize) -> Option<ActivitySensitivity> {
+        let SensitivityOf { db, project, deployment, query } = self;
+        let activity = system_of(db, project, deployment).activities.get(index)?;
+        let report = response_times(db, project, deployment, query).activities.get(index)?;
+        let slack = report.slack();
+        let (found, serves) = self.within(left, |variants| {
+            let base = variants.with_times(&FxHashSet::default(), &|_| None);
+            // Those of one thread have one period.
+            let is_of_thread = |other: &usize| {
+                *other == index || base.activities().get(*other).is_some_and(|it| it.is_mate(activity))
+            };
+            let of: Vec<usize> = (0..base.activities().len()).filter(is_of_thread).collect();
+            let serves = base.operations.iter().any(|operation| of.contains(&operation.provider));
+            (LimitSearch { variants, of: &of }.least_period(&base, activity), serves)
+        });
+        let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
+        let instance = activity.instance.clone();
+        Some(ActivitySensitivity { instance, period: activity.period, slack, unproved, limit, serves })
+    }
 }
 
 /// A time of the tables, and the indices of the real-time activities that execute it.
@@ -294,7 +313,7 @@ pub fn executed_times<'db>(
 
 /// The search for the limit of one value.
 struct LimitSearch<'a, 'db> {
-    variants: Variants<'db>,
+    variants: &'a Variants<'db>,
     /// The indices of the activities that have the value.
     of: &'a [usize],
 }
@@ -346,7 +365,7 @@ impl<'db> LimitSearch<'_, 'db> {
         base: &Tasks,
         activity: &ResolvedActivity<'db>,
     ) -> Result<(Option<Name>, Limit), Limit> {
-        let Variants { db, deployment, .. } = self.variants;
+        let Variants { db, deployment, .. } = *self.variants;
         if !self.variants.system.not_analysed.is_empty() {
             return Err(Limit::NotAnalysed(None));
         }
@@ -412,7 +431,7 @@ impl<'db> LimitSearch<'_, 'db> {
         let is_affected: Vec<bool> = without.iter().zip(&now).map(is_affected).collect();
         let found = match is_present {
             true => {
-                let Variants { db, project, deployment, query, .. } = self.variants;
+                let Variants { db, project, deployment, query, .. } = *self.variants;
                 let report = response_times(db, project, deployment, query);
                 report.activities.iter().map(|it| it.verdict).collect()
             }

@@ -6,6 +6,7 @@ use std::cell::Cell;
 use mauve_timing::{Response, Status, Tasks};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::locks::declared_locks;
 use crate::psm::{OtherTimes, PsmResult, psm_with};
 use crate::report::{Query, Report};
 use crate::response::response_times_if;
@@ -18,6 +19,9 @@ use mauve_hir::{Decl, ModelDb, Project};
 /// The analysis of an activity has so many passes over those of higher priority, or fewer, unless its busy window is long.
 const PASSES_OF_ACTIVITY: usize = 16;
 
+/// To find who takes the locks of so many codels, and for how long, costs as much as the analysis of an activity.
+const CODELS_OF_LOCKS: usize = 4;
+
 /// The variants of a deployment, whose analyses share a budget.
 pub(crate) struct Variants<'db> {
     pub(crate) db: &'db dyn ModelDb,
@@ -27,6 +31,8 @@ pub(crate) struct Variants<'db> {
     pub(crate) system: &'db System<'db>,
     /// The number of activities that may still be analysed, those of each analysis counted.
     pub(crate) left: Cell<usize>,
+    /// What the locks cost in each analysis, as that many activities.
+    of_locks: usize,
 }
 
 impl<'db> Variants<'db> {
@@ -40,12 +46,14 @@ impl<'db> Variants<'db> {
         most_analysed: usize,
     ) -> Variants<'db> {
         let system: &System<'db> = system_of(db, project, deployment);
-        Variants { db, project, deployment, query, system, left: Cell::new(most_analysed) }
+        let locks = declared_locks(db, project).all.iter();
+        let of_locks = locks.map(|lock| lock.codels.len()).sum::<usize>() / CODELS_OF_LOCKS;
+        Variants { db, project, deployment, query, system, left: Cell::new(most_analysed), of_locks }
     }
 
     /// Takes an analysis of so many activities from the budget; `None` where the budget is exhausted.
     pub(crate) fn spend(&self, activities: usize) -> Option<()> {
-        self.left.set(self.left.get().checked_sub(activities.max(1))?);
+        self.left.set(self.left.get().checked_sub(activities.max(1) + self.of_locks)?);
         self.db.unwind_if_revision_cancelled();
         Some(())
     }
