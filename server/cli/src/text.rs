@@ -86,12 +86,16 @@ fn room() -> usize {
 
 /// Formats a table: text is aligned to the left, numbers to the right. Words for which a line has no room are below their row.
 pub(super) fn columns(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    wrapped(&columns_in(room(), header, rows))
+}
+
+fn columns_in(room: usize, header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let names = header.iter().map(|name| (*name).to_owned()).collect();
     let rows = std::iter::once(names).chain(rows);
     let rows = rows.map(|row: Vec<String>| row.iter().map(|cell| shortened(cell, MOST_LETTERS)).collect());
     let mut rows: Vec<Vec<String>> = rows.collect();
     let mut below = vec![Vec::new(); rows.len()];
-    let widths = fitted(&mut rows, &mut below, header.len());
+    let widths = fitted(room, &mut rows, &mut below, header.len());
     let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
     // The head of a column may be a level, which is no number of it.
     let is_right =
@@ -108,7 +112,7 @@ pub(super) fn columns(header: &[&str], rows: impl IntoIterator<Item = Vec<String
         out.push('\n');
         out.extend(below.iter().map(|cell| format!("    {cell}\n")));
     }
-    wrapped(&out)
+    out
 }
 
 fn letters(cell: &str) -> usize {
@@ -117,7 +121,7 @@ fn letters(cell: &str) -> usize {
 
 /// Returns the widths of the columns of a table. While it is too wide, the long cells of a column go below their rows, then the ends
 /// of the names; then the figures lose their per cent, then their bars.
-fn fitted(rows: &mut [Vec<String>], below: &mut [Vec<String>], columns: usize) -> Vec<usize> {
+fn fitted(room: usize, rows: &mut [Vec<String>], below: &mut [Vec<String>], columns: usize) -> Vec<usize> {
     let has_head: Vec<bool> = rows.first().into_iter().flatten().map(|head| !head.is_empty()).collect();
     let is_long = |column: usize, cell: &String| {
         let few = if has_head.get(column) == Some(&true) { FEW_LETTERS } else { FEW_LETTERS_OF_NOTES };
@@ -129,7 +133,7 @@ fn fitted(rows: &mut [Vec<String>], below: &mut [Vec<String>], columns: usize) -
         let cells = |column: usize| rows.iter().filter_map(move |row| row.get(column));
         let width = |column| cells(column).map(|cell| letters(cell)).max().unwrap_or_default();
         let widths: Vec<usize> = (0..columns).map(width).collect();
-        let excess = widths.iter().map(|width| width + 2).sum::<usize>().saturating_sub(room());
+        let excess = widths.iter().map(|width| width + 2).sum::<usize>().saturating_sub(room);
         if excess == 0 {
             return widths;
         }
@@ -250,6 +254,19 @@ mod tests {
         assert_eq!(of("../robot-1/é.mal"), "../robot-1/é.mal");
         assert_eq!((of("my robot"), of("it's")), ("'my robot'".to_owned(), r"'it'\''s'".to_owned()));
         assert_eq!((of("~x"), of("$(a)")), ("'~x'".to_owned(), "'$(a)'".to_owned()));
+    }
+
+    #[test]
+    fn a_narrow_table_shows_less_of_a_figure() {
+        let row = |cells: [&str; 5]| cells.map(str::to_owned).to_vec();
+        let rows =
+            [row(["a", "✓ 53 / 100 ms", "▰▰▰▱▱▱", "53 %", "accepted: x"]), row(["b", "–", "", "", ""])];
+        let of = |room| columns_in(room, &["", "response", "", "", ""], rows.iter().cloned());
+        let first = |room| of(room).lines().nth(1).unwrap_or_default().to_owned();
+        assert_eq!(first(80), "  a  ✓ 53 / 100 ms  ▰▰▰▱▱▱  53 %  accepted: x");
+        assert_eq!(of(40), "     response\n  a  ✓ 53 / 100 ms  ▰▰▰▱▱▱  53 %\n    accepted: x\n  b  –\n");
+        assert_eq!(first(32), "  a  ✓ 53 / 100 ms  ▰▰▰▱▱▱");
+        assert_eq!(first(20), "  a  ✓ 53 / 100 ms");
     }
 
     #[test]

@@ -678,15 +678,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_narrow_terminal_shows_less_of_a_figure() {
-        let table = "  a  ✓ 53 / 100 ms  ▰▰▰▱▱▱   53 %  accepted: x\n  b  – not real-time\n";
-        assert_eq!(narrowed(table.to_owned(), 80), table);
-        let without = |what: &str| table.replace(what, "");
-        assert_eq!(narrowed(table.to_owned(), 44), without("   53 %"));
-        assert_eq!(narrowed(table.to_owned(), 20), without("▰▰▰▱▱▱   53 %  "));
-    }
-
-    #[test]
     fn verdicts_have_colours() {
         let table = "D: response times\n  a  3  ✓ 3 / 9 ms  ▰\n  b  ! 9 / 9 ms\n  c  ? no time for x\n  d  ✗ 4 / 3 ms\n  \
                      e  ✗ 4 / 3 ms  accepted: it\n  f  – not real-time\n";

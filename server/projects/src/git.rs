@@ -92,7 +92,9 @@ impl Repository {
         let folders = [None, None];
         let mut found = Repository { git, folder, allows_outside, is_checked, hook, folders, prefix };
         let refused = |why: String| {
-            format!("cannot read a revision: {why}: use `--allow-outside` if you have made this repository yourself")
+            format!(
+                "cannot read a revision: {why}: use `--allow-outside` if you have made this repository yourself"
+            )
         };
         let checked = if is_checked { folders_of_git(&found.folder).map_err(refused)? } else { None };
         (found.folders, found.prefix) = found.place().map_err(|why| {
@@ -347,7 +349,7 @@ fn is_object(text: &str) -> bool {
 fn entry(line: &[u8], named: &Path) -> Option<CommitEntry> {
     let tab = line.iter().position(|byte| *byte == b'\t')?;
     let (head, path) = line.split_at(tab);
-    let path = Path::new(std::ffi::OsStr::from_bytes(path.get(1..)?));
+    let path = Path::new(OsStr::from_bytes(path.get(1..)?));
     let mut head = std::str::from_utf8(head).ok()?.split(' ');
     let (mode, _, object) = (head.next()?, head.next()?, head.next()?);
     let kind = match mode {
