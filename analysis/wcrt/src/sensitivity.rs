@@ -28,7 +28,7 @@ use mauve_hir::{Decl, Execution, ModelDb, ProgramId, Project, TimedProgram, beha
 const MOST_ANALYSED: usize = 1 << 13;
 
 /// So many are analysed for all values of a deployment together.
-const MOST_OF_ALL: usize = 1 << 20;
+const MOST_OF_ALL: usize = 1 << 19;
 
 /// The sensitivity of a deployment at one level.
 #[derive(Debug, Clone, PartialEq, Eq)]

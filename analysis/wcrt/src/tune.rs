@@ -47,8 +47,8 @@ pub struct TuneRequest {
 }
 
 impl TuneRequest {
-    /// The budget of a command. Ten activities are analysed a hundred thousand times, in some seconds.
-    pub const STEPS_OF_COMMAND: usize = 1_000_000;
+    /// The budget of a command: ten activities are analysed 40,000 times. That takes a second; with locks, or on several CPUs, some.
+    pub const STEPS_OF_COMMAND: usize = 400_000;
 
     /// The budget of an editor: some tens of milliseconds.
     pub const STEPS_OF_EDITOR: usize = 8192;

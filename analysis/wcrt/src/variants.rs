@@ -20,7 +20,7 @@ use mauve_hir::{Decl, ModelDb, Project};
 const PASSES_OF_ACTIVITY: usize = 16;
 
 /// To find who takes the locks of so many codels, and for how long, costs as much as the analysis of an activity.
-const CODELS_OF_LOCKS: usize = 4;
+const CODELS_OF_LOCKS: usize = 2;
 
 /// The variants of a deployment, whose analyses share a budget.
 pub(crate) struct Variants<'db> {

@@ -48,7 +48,7 @@ pub fn chains_of<'db>(
 }
 
 /// Returns the limit and the latency of each declared chain of a deployment with other values, as [`chains_of`] would compute them
-/// after that edit; without declared chains, of all. The second result is the number of activities that it analysed, and of steps.
+/// after that edit; without declared chains, of all. The second result is the number of steps, and of writes that were analysed.
 pub(crate) fn latencies_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -64,9 +64,8 @@ pub(crate) fn latencies_of<'db>(
     let ways = if declared.is_empty() { ways.as_slice() } else { &[] };
     let mut sums = Sums::new(db, project, deployment, query, flat, &report, &system);
     let all = sums.all(declared, ways);
-    let steps = all.iter().map(|chain| chain.steps.len()).sum::<usize>();
-    let analysed = report.activities.len() + sums.writes.len();
-    (all.into_iter().map(|chain| (chain.limit, chain.latency)).collect(), analysed + steps)
+    let steps = sums.writes.len() + all.iter().map(|chain| chain.steps.len()).sum::<usize>();
+    (all.into_iter().map(|chain| (chain.limit, chain.latency)).collect(), steps)
 }
 
 fn without_architecture<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Chains<'db> {

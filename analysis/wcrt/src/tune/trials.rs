@@ -315,6 +315,7 @@ impl<'db> Trials<'db> {
 
     /// Analyses a plan, and says how good it is.
     pub(super) fn score(&self, plan: &TunePlan) -> Option<Score> {
+        let before = self.variants.left.get();
         let trial = self.analyse(plan)?;
         let slacks = || plan.present().into_iter().map(|unit| trial.slack[unit]).chain([trial.fixed]);
         let missed = slacks().filter(|it| *it < 0).count();
@@ -330,7 +331,9 @@ impl<'db> Trials<'db> {
             TuneAim::Latency => {
                 let Variants { db, project, deployment, query, .. } = self.variants;
                 let (found, steps) = latencies_of(db, project, deployment, query, &self.fields(plan));
-                self.variants.left.set(self.variants.left.get().saturating_sub(steps));
+                // It analyses the plan once more.
+                let left = self.variants.left.get();
+                self.variants.left.set(left.saturating_sub(before - left + steps));
                 let (worst, sum) = latency(&found);
                 (score.value, score.second) = (-worst, -sum);
             }
