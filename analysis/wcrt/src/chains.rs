@@ -21,7 +21,7 @@ mod latency;
 mod network;
 mod ways;
 
-pub(crate) use latency::latencies_of;
+pub(crate) use latency::{LimitedLatency, latencies_of};
 pub use latency::{chains_of, connections_of};
 
 use mauve_hir::item_tree::Name;

@@ -127,12 +127,7 @@ pub fn sensitivity<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Sensitivity<'db> {
-    let of = SensitivityOf { db, project, deployment, query };
-    let mut left = MOST_OF_ALL;
-    let times = executed_times(db, project, deployment, query.level).iter();
-    let times = times.map(|it| of.time(it, &mut left)).collect();
-    let activities = 0..system_of(db, project, deployment).activities.len();
-    Sensitivity { times, activities: activities.filter_map(|it| of.period(it, &mut left)).collect() }
+    SensitivityOf { db, project, deployment, query }.all(MOST_OF_ALL)
 }
 
 /// Computes how far the time of a codel or a program may grow, or must shrink; none where no activity executes it.
@@ -160,6 +155,14 @@ struct SensitivityOf<'db> {
 }
 
 impl<'db> SensitivityOf<'db> {
+    fn all(self, mut left: usize) -> Sensitivity<'db> {
+        let SensitivityOf { db, project, deployment, query } = self;
+        let times = executed_times(db, project, deployment, query.level).iter();
+        let times = times.map(|it| self.time(it, &mut left)).collect();
+        let activities = 0..system_of(db, project, deployment).activities.len();
+        Sensitivity { times, activities: activities.filter_map(|it| self.period(it, &mut left)).collect() }
+    }
+
     /// Returns what `search` finds with what is `left` of a budget.
     fn within<T>(self, left: &mut usize, search: impl FnOnce(&Variants<'db>) -> T) -> T {
         let SensitivityOf { db, project, deployment, query } = self;
@@ -569,6 +572,10 @@ architecture C { instance o: CO }
 
     /// A line for each time and for each activity of the deployment: its limit.
     fn limits_with(deployment: &str, times: &str, config: &str) -> String {
+        limits_within(MOST_OF_ALL, deployment, times, config)
+    }
+
+    fn limits_within(most: usize, deployment: &str, times: &str, config: &str) -> String {
         let db = Database::default();
         let texts = [
             ("/robot.mal", format!("{ROBOT}deployment D {{ {deployment} }}")),
@@ -583,7 +590,7 @@ architecture C { instance o: CO }
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
         let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact };
-        let found = sensitivity(&db, project, of, query);
+        let found = SensitivityOf { db: &db, project, deployment: of, query }.all(most);
         let mut out = String::new();
         let shown = |limit: &Limit| limit.time().map_or_else(String::new, |time| format!(" {time}"));
         let late =
@@ -618,6 +625,23 @@ architecture C { instance o: CO }
         let expected = "one: last 4.666666 ms\ntwo: last 10 ms\nfour: last 15 ms\nrest: any\n\
                         a: last 1.538462 ms, slack 9 ms\nb: last 3.166667 ms, slack 9 ms\nc: last 8 ms, slack 12 ms\nd: any\n";
         assert_eq!(limits(FINE, TIMES), expected);
+    }
+
+    #[test]
+    fn the_values_of_a_deployment_share_a_budget() {
+        let all = limits(FINE, TIMES);
+        let known = |most, config| {
+            let found = limits_within(most, FINE, TIMES, config);
+            assert_eq!(found.lines().count(), all.lines().count());
+            found.lines().zip(all.lines()).filter(|(one, other)| one == other).count()
+        };
+        let budgets = [0, 100, 200, 300, 400, 500, 600];
+        let found = budgets.map(|most| known(most, ""));
+        assert!(found.is_sorted() && found[0] == 1 && found[6] > found[1], "`rest` is free: {found:?}");
+        // The locks of many codels are a part of each analysis.
+        let lock = "locks.l = { codels = ['one', 'two', 'four', 'rest'], protocol = 'ceiling' }\n";
+        let of_locks = budgets.map(|most| known(most, lock));
+        assert!(of_locks.iter().sum::<usize>() < found.iter().sum(), "{of_locks:?}, {found:?}");
     }
 
     #[test]

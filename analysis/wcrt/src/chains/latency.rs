@@ -47,6 +47,9 @@ pub fn chains_of<'db>(
     Chains { all, declared: declared.len(), hops, left_out: *left_out }
 }
 
+/// The limit of a chain, and its latency.
+pub(crate) type LimitedLatency = (Option<Time>, Option<Time>);
+
 /// Returns the limit and the latency of each declared chain of a deployment with other values, as [`chains_of`] would compute them
 /// after that edit; without declared chains, of all. The second result is the number of steps, and of writes that were analysed.
 pub(crate) fn latencies_of<'db>(
@@ -55,7 +58,7 @@ pub(crate) fn latencies_of<'db>(
     deployment: Decl<'db>,
     query: Query,
     what_if: &[WhatIfField],
-) -> (Vec<(Option<Time>, Option<Time>)>, usize) {
+) -> (Vec<LimitedLatency>, usize) {
     let Some((flat, target)) = deployed(db, project, deployment) else { return (Vec::new(), 0) };
     let system = system_if(db, project, deployment, what_if);
     let report = response_times_if(db, project, deployment, query, what_if);

@@ -12,7 +12,7 @@ use mauve_timing::{
 };
 
 use super::{SearchKind, TuneAim, TuneRequest, Untunable};
-use crate::chains::latencies_of;
+use crate::chains::{LimitedLatency, latencies_of};
 use crate::reason::Reason;
 use crate::report::Query;
 use crate::system::{ResolvedActivity, System, activities_of, others_of, system_of};
@@ -498,7 +498,7 @@ fn slack_of(deadline: Option<Time>, response: &Response) -> i64 {
 }
 
 /// Returns the worst part of a limit in billionths, and the sum of the latencies in nanoseconds.
-fn latency(found: &[(Option<Time>, Option<Time>)]) -> (i128, i128) {
+fn latency(found: &[LimitedLatency]) -> (i128, i128) {
     let (mut worst, mut sum) = (0, 0);
     for (limit, latency) in found {
         // A latency without a bound is longer than any other.
