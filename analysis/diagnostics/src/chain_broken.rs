@@ -98,7 +98,7 @@ fn joined(keys: &[KeyLine]) -> String {
     written.join(" and ")
 }
 
-/// Returns where a chain of `mauve.toml` that has no latency may not pass the data on, and what to do: as [`report`] says it.
+/// Returns where a chain of `mauve.toml` that has no latency may not pass the data on, and what to do, in the words of the diagnostic.
 pub fn help_of_chain<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
