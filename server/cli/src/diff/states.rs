@@ -18,7 +18,7 @@ pub(super) enum ModelState {
 
 #[derive(Debug)]
 pub(super) struct Commit {
-    repository: Repository,
+    repository: Box<Repository>,
     /// How the user calls it.
     name: String,
     commit: String,
@@ -141,7 +141,7 @@ impl Commit {
         let absolute = std::path::absolute(path).map_err(|error| error.to_string())?;
         let above = absolute.ancestors().find(|it| it.is_dir()).unwrap_or(Path::new("/"));
         let below = absolute.strip_prefix(above).unwrap_or(Path::new(""));
-        let repository = Repository::around(&canonical_path(above), allows_outside)?;
+        let repository = Box::new(Repository::around(&canonical_path(above), allows_outside)?);
         let own: PathBuf = repository.prefix.join(below).components().collect();
         let whole = repository.commit(name).map(|commit| (commit, own, false));
         // From the top, or from here if it begins with a dot, as for git.
