@@ -9,9 +9,9 @@ use mauve_hir::{
     deployed, file_and_line, flat_of, hosts_of, is_model, names_of, target_of,
 };
 use mauve_syntax::{TextRange, TextSize};
-use mauve_timing::{Status, Utilisation};
+use mauve_timing::Status;
 use mauve_wcrt::chains::chains_of;
-use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of_host};
+use mauve_wcrt::{ActivityReport, Query, Report, response_times};
 
 use crate::drawing::drawn_name;
 use mauve_diagnostics::activity_figure::figure;
@@ -179,19 +179,21 @@ pub fn graph<'db>(
         Kind::Deployment => (target_of(db, project, of)?, Some(response_times(db, project, of, query))),
         _ => return None,
     };
-    let reported = report.into_iter().flat_map(|it| it.activities.iter().zip(it.footings()));
-    let mut figures: BTreeMap<&Name, (&ActivityReport<'db>, Forms)> = BTreeMap::new();
-    for (activity, footing) in reported {
+    let reported =
+        report.into_iter().flat_map(|it| it.activities.iter().zip(it.footings()).zip(it.utilisations()));
+    let mut figures: BTreeMap<&Name, DrawnActivity<'db>> = BTreeMap::new();
+    for ((activity, footing), load) in reported {
         let forms = figure(db, activity, footing, tight_slack);
+        let load = load.filter(|_| activity.verdict != Status::Background);
         // Of several activities of one instance, the first one is shown.
-        figures.entry(&activity.instance).or_insert_with(|| (activity, forms));
+        figures.entry(&activity.instance).or_insert(DrawnActivity { activity, forms, load });
     }
     let flat = flat_of(db, project, target);
     let mut number: BTreeMap<&Name, usize> = BTreeMap::new();
     let nodes = flat.instances.iter().enumerate().filter_map(|(index, instance)| {
         db.unwind_if_revision_cancelled();
         number.entry(&instance.name).or_insert(index);
-        node(db, (project, of), instance, &figures, query)
+        node(db, (project, of), instance, figures.get(&instance.name))
     });
     let nodes: Vec<GraphNode<'db>> = nodes.collect();
     let edges = flat.links.iter().filter_map(|link| {
@@ -225,12 +227,18 @@ pub fn graph<'db>(
     Some(Graph { title, nodes, edges: edges.collect(), report, missing })
 }
 
+/// An activity, with its figures.
+struct DrawnActivity<'db> {
+    activity: &'db ActivityReport<'db>,
+    forms: Forms,
+    load: Option<f64>,
+}
+
 fn node<'db>(
     db: &'db dyn ModelDb,
     (project, of): (Project<'db>, Decl<'db>),
     instance: &FlatInstance<'db>,
-    figures: &BTreeMap<&'db Name, (&'db ActivityReport<'db>, Forms)>,
-    query: Query,
+    drawn: Option<&DrawnActivity<'db>>,
 ) -> Option<GraphNode<'db>> {
     let (declared, index) = instance.declared;
     let data = architecture(db, declared)?.instances.get(index)?;
@@ -238,14 +246,7 @@ fn node<'db>(
     let component = instance.component.map(|component| component.name(db).clone());
     let hosts = hosts_of(db, project.workspace(db));
     let host = hosts.of(&instance.name).filter(|_| of.kind(db) == Kind::Deployment);
-    let (activity, forms) = figures.get(&instance.name).cloned().unzip();
-    let load = activity.filter(|activity| activity.verdict != Status::Background).and_then(|activity| {
-        let psm = psm_of(db, tables_of_host(db, project, of, host), instance.component?, query.level)
-            .as_ref()
-            .ok()?;
-        let mean = psm.machine.greatest_cycle_mean();
-        Some(Utilisation::new([(mean, activity.period?)]).as_f64())
-    });
+    let forms = drawn.map(|it| &it.forms);
     let at = Location::Source(declared, data.name.id);
     let features = instance.features(db, project).into_iter().flat_map(|features| features.by_name.values());
     let features = features.filter_map(|all| Some((all.first()?.kind, all.first()?.data(db)?)));
@@ -258,11 +259,11 @@ fn node<'db>(
         place: file_and_line(db, project.workspace(db), &at),
         ports: ports.collect(),
         at,
-        activity,
-        figure: forms.as_ref().map_or_else(String::new, |it| it.text().to_owned()),
-        short: forms.as_ref().map_or_else(String::new, |it| it.with_response().to_owned()),
+        activity: drawn.map(|it| it.activity),
+        figure: forms.map_or_else(String::new, |it| it.text().to_owned()),
+        short: forms.map_or_else(String::new, |it| it.with_response().to_owned()),
         status: forms.map(|it| it.status),
-        load,
+        load: drawn.and_then(|it| it.load),
         host: host.and_then(|it| hosts.all.get(it)).map(|it| it.name.clone()),
         is_lit: false,
     })
@@ -334,6 +335,27 @@ codel.plan = 30
         // The other project has it.
         let none = "no deployment or architecture `B` in the project of this file";
         assert_eq!(selection(a, "/lib.mal", GraphsOf::Name("B")), Err(none.to_owned()));
+    }
+
+    /// A wait needs no CPU, and each job of a burst does: as in the budget of the CPU.
+    #[test]
+    fn utilisations_are_those_of_the_cpus() {
+        let text = MODEL.replace(
+            "activity pilot { priority = 1 period = 100",
+            "activity pilot { priority = 1 trigger = scan rate = 10 Hz burst = 2",
+        ) + "wait.see = 15\n";
+        let Fixture { db, workspace, file, .. } = Fixture::new(&text);
+        let project = project_of(&db, workspace, file);
+        let of = names_of(&db, project).of_kind(&db, Kind::Deployment).next().unwrap();
+        let found = graph(&db, project, of, Query::shown(&db, project, of), 10).unwrap();
+        let report = found.report.unwrap();
+        let budgets = report.budgets();
+        let parts: Vec<_> = budgets.iter().flat_map(|it| &it.parts).collect();
+        for (name, load) in [("laser", 0.2), ("pilot", 0.6)] {
+            let node = found.nodes.iter().find(|it| it.instance == *name).unwrap();
+            assert!(node.load.is_some_and(|it| (it - load).abs() < 1e-9), "{name}: {:?}", node.load);
+            assert!(parts.iter().filter(|it| it.name == *name).all(|it| Some(it.share) == node.load));
+        }
     }
 
     #[test]

@@ -240,9 +240,14 @@ impl<'db> Report<'db> {
         &self.tasks.locks
     }
 
+    /// Returns the utilisation of a CPU by each activity alone, without its waits; none where its execution time is not known.
+    pub fn utilisations(&self) -> impl Iterator<Item = Option<f64>> {
+        self.tasks.shares(self.options.method)
+    }
+
     /// Returns the utilisation of each CPU by what executes there, in the order of [`Report::cpus`].
     pub fn budgets(&self) -> Vec<CpuBudget<'_>> {
-        let tasks = self.tasks.all().iter().zip(self.tasks.shares(self.options.method)).enumerate();
+        let tasks = self.tasks.all().iter().zip(self.utilisations()).enumerate();
         let known = tasks.filter_map(|(index, (task, share))| Some((index, task, share?)));
         let known: Vec<(usize, &Task, f64)> = known.collect();
         let budget = |load| {
