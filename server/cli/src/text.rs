@@ -62,7 +62,7 @@ pub(super) fn counted(count: usize, what: &str) -> String {
 /// The letters of a cell: names may have tens of thousands, for which each row would have as many spaces.
 const MOST_LETTERS: usize = 400;
 
-/// The columns of a line where standard output is no terminal.
+/// The columns of a line where standard output is not a terminal.
 const LINE: usize = 120;
 
 /// Words of more letters than these may leave a table that is too wide: a figure has fewer, and in a column without a head, its bar.
