@@ -997,6 +997,8 @@ mod tests {
         let with = |config: &str| figures(config, TABLE, MODEL);
         let table = |more: &str| figures("", &format!("{TABLE}{more}"), MODEL);
         let activity = |fields: &str| figures("", TABLE, &MODEL.replace("period = 50", fields));
+        let placed =
+            |fields: &str| figures("platform.cpus = 2\n", TABLE, &MODEL.replace("period = 50", fields));
         let chain = "chains.c = { from = \"laser\", to = \"drive\", through = [\"laser.scan\"] }\n";
         let other = "platform.other = [{ name = \"net\", priority = 90, cpus = [1], period = \"10 ms\", time = \"1 ms\" }]\n";
         let lock = |protocol: &str| {
@@ -1058,15 +1060,11 @@ mod tests {
             (activity("period = 50"), activity("period = 50 jitter = 3"), "pilot: jitter 0 ms → 3 ms"),
             (activity("period = 50"), activity("period = 50 burst = 2"), "pilot: burst 1 → 2"),
             (
-                activity("period = 50 cpus = none"),
-                activity("period = 50 cpus = [2]"),
+                placed("period = 50 cpus = none"),
+                placed("period = 50 cpus = [2]"),
                 "pilot: priority unknown → 1; pilot: CPU unknown → 2",
             ),
-            (
-                activity("period = 50 cpus = [1, 2]"),
-                activity("period = 50 cpus = [2]"),
-                "pilot: CPU 1 and 2 → 2",
-            ),
+            (placed("period = 50 cpus = [1, 2]"), placed("period = 50 cpus = [2]"), "pilot: CPU 1 and 2 → 2"),
             (
                 with(chain),
                 with(&chain.replace("through = [\"laser.scan\"]", "answers = [\"pilot.scan\"]")),
