@@ -391,7 +391,7 @@ mod tests {
         assert_eq!([Method::Psm, Method::Ibf].map(found), [48, 16]);
     }
 
-    /// A jitter of eleven days brings millions of jobs into a window, each of which is analysed. After 256 deadlines, few more are.
+    /// With a jitter of eleven days, a window has millions of jobs. The analysis ends soon after a response of 256 deadlines.
     #[test]
     fn a_hopeless_response_takes_few_passes() {
         let late = |it: u64| {

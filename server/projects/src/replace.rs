@@ -71,7 +71,7 @@ fn can_replace(new: &Metadata, old: &Metadata) -> bool {
     old.nlink() <= 1 && (new.uid(), new.gid()) == (old.uid(), old.gid())
 }
 
-/// Writes the text of a file over that of another one. On a disk that is full, the other one has its old text afterwards.
+/// Writes the text of the file `from` over that of the file `to`. If the disk is full, `to` has its old text afterwards.
 fn copy_into(folder: &Folder, from: &OsStr, to: &OsStr) -> io::Result<()> {
     let [mut new, mut old] = [Vec::new(), Vec::new()];
     folder.open_read(from)?.read_to_end(&mut new)?;
