@@ -2,13 +2,12 @@
 //!
 //! ```text
 //! cost run COMMAND…        runs a test for nextest, and appends its CPU seconds to the file $MAUVE_COSTS
-//! cost report FILE TABLE   prints the sums of each group beside the table; ends with 1 where one is more than half above it, unless
-//!                          it compiles C++
+//! cost report FILE TABLE   prints the sums of each group beside the table, and names those that cost half as much again
 //! ```
 //!
 //! Machines differ, and one is slower while it does something else. So each test also runs a fixed loop of some milliseconds, and the
-//! table is in units: a unit is 500 times the median of all loops of the run, about a second. Where caches are large, all groups need
-//! fewer units than in the table. Then each is expected to need as much less as most of them.
+//! table is in units: a unit is 500 times the median of all loops of the run, about a second. Memory, caches and what runs beside the
+//! tests still change a group by a factor of two: a cost is for people to read, and no run fails for it.
 //!
 //! A group is a program of tests, or a module of its `main.rs`. Those below [`SMALL`] units count together.
 
@@ -26,15 +25,8 @@ use measured::run;
 /// Groups that cost less, in units, are one.
 const SMALL: f64 = 4.0;
 
-/// The greatest cost that is not reported, and the greatest that is not a failure, as multiples of the cost in the table.
-const SAID: f64 = 1.2;
-const FAILED: f64 = 1.5;
-
-/// What a group may need more than most, in units, up to the table: hundredths of seconds of many short tests are no exact sum.
-const SLACK: f64 = 1.0;
-
-/// So many groups of a table tell how fast the machine is.
-const MANY: usize = 10;
+/// The greatest cost that is not named, as a multiple of the cost in the table.
+const NAMED: f64 = 1.5;
 
 /// The group of those that are small.
 const OTHERS: &str = "(others)";
@@ -45,9 +37,8 @@ fn main() {
         ["run", command @ ..] if !command.is_empty() => run(command),
         ["report", costs, table] => {
             let (costs, table) = (read_to_string(costs).unwrap(), read_to_string(table).unwrap());
-            let (text, is_fine) = report(&costs, &table);
-            print!("{text}");
-            i32::from(!is_fine)
+            print!("{}", report(&costs, &table));
+            0
         }
         _ => {
             println!("usage: cost run COMMAND… | report FILE TABLE");
@@ -77,9 +68,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// Returns the costs of a run beside those of a table, and whether none is far above it. A group with a `*` in the table cannot fail: it
-/// compiles C++, as much of it as no cache has, and its sanitizers are as slow as the machine's memory.
-fn report(costs: &str, table: &str) -> (String, bool) {
+/// Returns the costs of a run beside those of a table.
+fn report(costs: &str, table: &str) -> String {
     let lines: Vec<Vec<&str>> = costs.lines().map(|line| line.splitn(4, ' ').collect()).collect();
     let loops = lines.iter().filter_map(|line| line[1].parse().ok()).collect();
     let unit = median(loops).map_or(1.0, |median| median * 500.0);
@@ -93,13 +83,12 @@ fn report(costs: &str, table: &str) -> (String, bool) {
         }
         *sums.entry(group(line[2], line[3])).or_default() += seconds;
     }
-    let expected: BTreeMap<&str, (f64, bool)> = table
+    let expected: BTreeMap<&str, f64> = table
         .lines()
         .filter(|line| !line.starts_with('#'))
         .filter_map(|line| {
             let (units, name) = line.trim().split_once(' ')?;
-            let name = name.trim();
-            Some((name.trim_end_matches('*').trim_end(), (units.parse().ok()?, name.ends_with('*'))))
+            Some((name.trim(), units.parse().ok()?))
         })
         .collect();
     let mut groups: BTreeMap<&str, f64> = BTreeMap::new();
@@ -109,29 +98,19 @@ fn report(costs: &str, table: &str) -> (String, bool) {
     }
     let mut ordered: Vec<(&str, f64)> = groups.into_iter().collect();
     ordered.sort_by(|one, other| other.1.total_cmp(&one.1));
-    let known = ordered.iter().filter_map(|(name, seconds)| Some((seconds, expected.get(name)?)));
-    let known = known.filter(|(_, (_, is_built))| !is_built);
-    let ratios: Vec<f64> = known.map(|(seconds, (wanted, _))| seconds / unit / wanted).collect();
-    // A few groups alone may all have become dearer.
-    let machine = if ratios.len() < MANY { None } else { median(ratios) }.map_or(1.0, |ratio| ratio.min(1.0));
     let all: f64 = sums.values().sum();
     let mut out = format!(
-        "CPU seconds of the tests: {all:.0}, or {:.0} units of {unit:.2} s; most groups need {machine:.2} of the units in the table\n  \
-         seconds   units  expected  group\n",
+        "CPU seconds of the tests: {all:.0}, or {:.0} units of {unit:.2} s\n  seconds   units  expected  group\n",
         all / unit
     );
-    let (mut said, mut is_fine) = (String::new(), true);
+    let mut named = String::new();
     for (name, seconds) in ordered {
         let units = seconds / unit;
-        let (wanted, is_built) = expected.get(name).copied().unwrap_or((SMALL, false));
-        let wanted = wanted.max(SMALL);
-        let wanted = wanted.min(wanted * machine + SLACK);
+        let wanted = expected.get(name).copied().unwrap_or(SMALL).max(SMALL);
         let _ = writeln!(out, "{seconds:9.1} {units:7.1} {wanted:9.1}  {name}");
-        let is_failure = units > wanted * FAILED && !is_built;
-        if units > wanted * SAID {
-            let word = if is_failure { "COSTS TOO MUCH" } else { "costs more than before" };
-            let _ = writeln!(said, "{word}: {name}: {units:.1} units, {wanted:.1} are expected");
-            is_fine &= !is_failure;
+        if units > wanted * NAMED {
+            let _ =
+                writeln!(named, "costs more than before: {name}: {units:.1} units, {wanted:.1} are expected");
         }
     }
     tests.sort_by(|one, other| other.0.total_cmp(&one.0));
@@ -139,7 +118,7 @@ fn report(costs: &str, table: &str) -> (String, bool) {
     for (seconds, name) in tests.iter().take(10) {
         let _ = writeln!(out, "{seconds:9.1}  {name}");
     }
-    (out + &said, is_fine)
+    out + &named
 }
 
 #[cfg(target_os = "linux")]
@@ -208,7 +187,7 @@ mod measured {
 mod tests {
     use super::*;
 
-    const TABLE: &str = "# units  group\n10 mauve-timing search\n 40 mauve cli *\n5 mauve-ide\n";
+    const TABLE: &str = "# units  group\n10 mauve-timing search\n 40 mauve cli\n5 mauve-ide\n";
 
     fn costs(search: f64, cli: f64) -> String {
         format!(
@@ -218,64 +197,28 @@ mod tests {
     }
 
     #[test]
-    fn a_group_that_doubles_fails() {
+    fn a_group_that_doubles_is_named() {
         // A unit is half a second here.
-        let (text, is_fine) = report(&costs(5.0, 20.0), TABLE);
-        assert!(is_fine && !text.contains("osts"), "{text}");
-        let (text, is_fine) = report(&costs(6.5, 20.0), TABLE);
-        assert!(
-            is_fine
-                && text.ends_with(
-                    "costs more than before: mauve-timing search: 13.0 units, 10.0 are expected\n"
-                ),
-            "{text}"
-        );
-        let (text, is_fine) = report(&costs(10.0, 20.0), TABLE);
-        assert!(
-            !is_fine
-                && text.ends_with("COSTS TOO MUCH: mauve-timing search: 20.0 units, 10.0 are expected\n"),
-            "{text}"
-        );
+        assert!(!report(&costs(6.5, 20.0), TABLE).contains("more than before"));
+        let text = report(&costs(10.0, 20.0), TABLE);
+        let named = "costs more than before: mauve-timing search: 20.0 units, 10.0 are expected\n";
+        assert!(text.ends_with(named), "{text}");
         // The dearest test is the first.
         assert!(text.contains("dearest:\n     20.0  cli::builds::one\n     10.0  search::all\n"), "{text}");
     }
 
     #[test]
-    fn what_compiles_cpp_is_said_and_does_not_fail() {
-        let (text, is_fine) = report(&costs(5.0, 60.0), TABLE);
-        assert!(is_fine && text.contains("costs more than before: mauve cli: "), "{text}");
-        assert!(!report(&costs(20.0, 60.0), TABLE).1, "the others may not");
-    }
-
-    #[test]
-    fn a_slow_machine_is_slow_and_not_red() {
+    fn a_slow_machine_has_longer_units() {
         let slow = costs(20.0, 80.0)
             .replace(" 0.001 ", " 0.004 ")
             .replace("2 0.0011", "8 0.0044")
             .replace("0.0009", "0.0036");
-        assert!(report(&slow, TABLE).1);
-    }
-
-    #[test]
-    fn what_most_groups_need_is_expected_of_each() {
-        let groups = 0..12;
-        let table: String = groups.clone().map(|it| format!("10 group{it}\n")).collect();
-        let of = |seconds: f64, first: f64| -> String {
-            let cost = |it| format!("{} 0.001 group{it} tests::one\n", if it == 0 { first } else { seconds });
-            groups.clone().map(cost).collect()
-        };
-        assert!(report(&of(2.5, 3.5), &table).1, "7 of 5 units");
-        assert!(
-            !report(&of(2.5, 5.0), &table).1,
-            "10 units are in the table, and twice what is expected here"
-        );
-        // What all groups need more is not the machine.
-        assert!(!report(&of(10.0, 10.0), &table).1);
+        assert!(!report(&slow, TABLE).contains("more than before"));
     }
 
     #[test]
     fn a_new_group_needs_a_line_in_the_table() {
-        let (text, is_fine) = report(&(costs(5.0, 20.0) + "9 0.001 mauve::main new::one\n"), TABLE);
-        assert!(!is_fine && text.contains("COSTS TOO MUCH: mauve new: 18.0 units"), "{text}");
+        let text = report(&(costs(5.0, 20.0) + "9 0.001 mauve::main new::one\n"), TABLE);
+        assert!(text.contains("costs more than before: mauve new: 18.0 units"), "{text}");
     }
 }
