@@ -555,6 +555,83 @@ fn executed(from: &str, to: &str) -> Vec<(String, usize)> {
     of_chains.into_iter().map(count).filter(|(_, count)| *count > 0).collect()
 }
 
+/// The bound that the page on chains has for a sensor that falls silent is attained by the worst phase of a guard that counts silent jobs, and
+/// of a leg that halts, each on a CPU of its own.
+#[test]
+fn a_silent_sensor_halts_the_robot_in_the_time_of_the_page() {
+    let fixture = |buffer: u64| {
+        format!(
+            "
+codel look(out n: int): void
+codel judge(in n: int, in is_silent: bool): int
+codel drive(in n: int): void
+shell EyeShell {{ output port seen: int }}
+shell GuardShell {{ input port seen: int  output port goal: int }}
+shell LegShell {{ input port goal: int }}
+core EyeCore(EyeShell) {{ var n: int = 0  update = {{ look(n); write(seen, n); }} }}
+core GuardCore(GuardShell) {{ var n: int = 0; var age: int = 5
+  update = {{
+    if read(seen, n) == new_data then {{ age = 0; }} else {{ if age < 5 then {{ age = age + 1; }} else {{ }} }}
+    write(goal, judge(n, age == 5));
+  }}
+}}
+core LegCore(LegShell) {{ var n: int = 0  update = {{ read(goal, n); drive(n); }} }}
+component Eye(EyeShell, EyeCore)
+component Guard(GuardShell, GuardCore)
+component Leg(LegShell, LegCore)
+architecture A {{ instance eye: Eye  instance guard: Guard  instance leg: Leg
+  connection eye.seen -> [{buffer}] guard.seen
+  connection guard.goal -> leg.goal
+}}
+deployment D {{
+  architecture A
+  activity eye   {{ affinity = 1  priority = 1  period = 4 }}
+  activity guard {{ affinity = 2  priority = 1  period = 4 }}
+  activity leg   {{ affinity = 4  priority = 1  period = 6 }}
+}}
+//- /times.toml
+[codel]
+look = 1
+judge = 2
+drive = 3
+//- /mauve.toml
+timing.tables = ['times.toml']
+[chains.stop]
+from = 'judge'
+to = 'drive'
+"
+        )
+        .replace("[1] ", "")
+    };
+    for buffer in 1..=2 {
+        let db = Database::default();
+        let workspace = workspace(&db, &fixture(buffer));
+        let (project, decl) = deployments(&db, workspace)[0];
+        let found = chains_of(&db, project, decl, QUERY);
+        let stop = found.all.iter().find(|it| it.name == "stop").expect("it is declared");
+        let (limit, latency) = (5, stop.latency.expect("each job passes the flag on").as_nanos() / 1_000_000);
+        let all = (0..=2).flat_map(|judge| (0..6).map(move |phase| halts_after(limit, buffer, judge, phase)));
+        assert_eq!(all.max(), Some((limit + buffer - 1) * 4 + latency));
+    }
+}
+
+/// The most time from the last scan, just after the guard has read, to the end of `drive` with the flag.
+fn halts_after(limit: u64, buffer: u64, judge: u64, phase: u64) -> u64 {
+    let (mut waiting, mut age, mut job) = (buffer, 0, 0);
+    while age < limit {
+        job += 1;
+        if waiting > 0 {
+            (waiting, age) = (waiting - 1, 0);
+        } else {
+            age += 1;
+        }
+    }
+    let written = job * 4 + judge;
+    // A leg that reads at the instant of the write may miss it.
+    let read = (0..).map(|it| phase + it * 6).find(|read| *read > written).expect("it reads for ever");
+    read + 3
+}
+
 #[test]
 fn an_edit_of_a_period_computes_only_the_sums_again() {
     let expected =
