@@ -136,6 +136,42 @@ fn from_a_sensor_to_an_actuator() {
     );
 }
 
+/// A sensor, a filter and an actuator in one thread of 10 ms, in any order.
+#[test]
+fn the_order_in_a_thread() {
+    let in_thread = |order: &str| {
+        let deployment = "
+architecture A {
+  instance s: Sensor  instance f: Filter  instance a: Actuator
+  connection s.o -> f.i  connection f.o -> a.i
+}
+deployment D { architecture A  activity all { instances = [ORDER]  priority = 3 period = 10 affinity = 1 } }
+";
+        format!("{PARTS}{}{TIMES}", deployment.replace("ORDER", order))
+    };
+    // The world changes just after the sensor looked: 10 ms, then 1 + 2 + 3.
+    check(
+        &in_thread("s, f, a"),
+        expect![[r#"
+            s.o -> a.act: 16 ms, age 6 ms
+        "#]],
+    );
+    // Each step waits for the next period: 10 + 10 + 10, and the actuator is the first.
+    check(
+        &in_thread("a, f, s"),
+        expect![[r#"
+            s.o -> a.act: 33 ms, age 23 ms
+        "#]],
+    );
+    // The filter reads a period later, and the actuator after it in that period.
+    check(
+        &in_thread("f, a, s"),
+        expect![[r#"
+            s.o -> a.act: 25 ms, age 15 ms
+        "#]],
+    );
+}
+
 /// Two ways to one actuator, and one to another.
 const DIAMOND: (&str, &str) = (
     "s: Sensor, f: Filter, g: Filter, m: Merge, a: Actuator, b: Actuator",

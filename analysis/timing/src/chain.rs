@@ -10,6 +10,10 @@
 //! of the reader starts between the release of the writer and its write. So the job in progress at the write started before that
 //! release, J after the nominal one at most: J replaces W (compare Dürr et al., CASES 2019, who take W where it exceeds T).
 //!
+//! **Threads.** One thread executes the jobs of its tasks one after another, and no job of a later period before all of this one have
+//! ended. So what a task writes is read by the job of a later task that is released with its own, and by the next job of an earlier one:
+//! from release to release, 0 or exactly T.
+//!
 //! **Buffers.** See [`Tasks::ahead`].
 //!
 //! **Synchronised clocks.** The releases of tasks with an offset are known: the first job of the reader that is nominally released
@@ -74,6 +78,8 @@ pub struct ChainStep {
     pub writes: Option<u32>,
     /// How data releases it; none where a clock does.
     pub released: Option<ChainRelease>,
+    /// Whether it is an operation that the step before calls: a call does not arrive as data at a port does.
+    pub is_call: bool,
 }
 
 /// How data releases a task of a chain.
@@ -134,6 +140,10 @@ pub enum ChainRule {
     AfterWrite,
     /// It is after the release of the writer, which has a higher priority on the same CPU, and does not wait.
     HigherPriority,
+    /// One thread executes both, the writer before the reader: the same release.
+    SameJob,
+    /// One thread executes both, the reader before the writer: the next release.
+    NextJob,
 }
 
 /// Why a chain has no latency: the step, by its index, and the reason.
@@ -199,7 +209,7 @@ impl Tasks {
         for (index, step) in chain.iter().enumerate() {
             let mut found = self.step(index, before, step)?;
             if let (Some(writer), Some(last)) = (before, steps.last_mut()) {
-                self.relate(last, writer, step, uses_priorities);
+                self.relate(last, &mut found, (writer, step), uses_priorities);
                 if found.by_data {
                     self.wait_for_data(last, &mut found, writer, step);
                 }
@@ -295,9 +305,24 @@ impl Tasks {
         Some(self.distance(step)?.greatest()?.as_nanos())
     }
 
-    /// Enters what a release of the `reader` relies on.
-    fn relate(&self, step: &mut ReleasedStep, writer: &ChainStep, reader: &ChainStep, uses_priorities: bool) {
+    /// Enters what a release of the reader, the step `next`, relies on.
+    fn relate(
+        &self,
+        step: &mut ReleasedStep,
+        next: &mut ReleasedStep,
+        (writer, reader): (&ChainStep, &ChainStep),
+        uses_priorities: bool,
+    ) {
         let (Some(from), Some(to)) = (self.all.get(writer.task), self.all.get(reader.task)) else { return };
+        if writer.task != reader.task && from.is_mate(to) && !reader.is_call {
+            step.run = 0;
+            if writer.task < reader.task {
+                (step.rule, step.is_seen_at_once, next.wait) = (ChainRule::SameJob, true, 0);
+            } else {
+                step.rule = ChainRule::NextJob;
+            }
+            return;
+        }
         step.is_seen_at_once = from.cpus == to.cpus && from.cpus.is_some_and(CpuSet::is_one);
         // What is in the buffer before data may be written by other statements, later in their jobs.
         if reader.buffer.is_some() {
@@ -554,6 +579,31 @@ mod tests {
         // A clock that is not synchronised cuts the chain.
         robot.all[2].offset = None;
         assert_eq!(robot.latency(&chain, true).unwrap().latency, ms(100 + 60 + 100 + 56 + 100 + 10));
+    }
+
+    /// A camera and a base in one thread, in both orders, and a third task that waits for none of them.
+    #[test]
+    fn the_order_in_a_thread() {
+        let mut robot = tasks(&[(2, 10), (2, 10), (1, 40)]);
+        let chain = |order: [usize; 2]| [step(order[0], 1), step(order[1], 2), step(2, 3)];
+        let of = |robot: &Tasks, order| robot.latency(&chain(order), true).unwrap();
+        assert_eq!(of(&robot, [0, 1]).latency, ms(10 + 1 + 10 + 40 + 3));
+        robot.all[..2].iter_mut().for_each(|task| task.thread = Some(7));
+        let forwards = of(&robot, [0, 1]);
+        assert_eq!(totals(&forwards), [[10, 0, 0, 0], [0, 0, 0, 0], [40, 0, 0, 3]]);
+        assert_eq!(forwards.parts[0].rule, ChainRule::SameJob);
+        let backwards = of(&robot, [1, 0]);
+        assert_eq!(totals(&backwards), [[10, 0, 0, 0], [10, 0, 0, 0], [40, 0, 0, 3]]);
+        assert_eq!(backwards.parts[0].rule, ChainRule::NextJob);
+        // The same, released together with the third one.
+        robot.all.iter_mut().for_each(|task| task.offset = Some(Time::ZERO));
+        assert_eq!(
+            (of(&robot, [0, 1]).latency, of(&robot, [1, 0]).latency),
+            (ms(10 + 30 + 3), ms(20 + 30 + 3))
+        );
+        // A call is executed as between threads.
+        let call = ChainStep { is_call: true, ..step(1, 2) };
+        assert_eq!(robot.latency(&[step(0, 1), call], true).unwrap().latency, ms(10 + 10 + 2));
     }
 
     #[test]

@@ -186,6 +186,7 @@ fn chain(system: &System) -> Option<Vec<ChainStep>> {
             buffer,
             writes: Some(1),
             released: None,
+            is_call: false,
         });
     }
     Some(steps)

@@ -127,7 +127,7 @@ pub struct ConnectionReport<'db> {
     pub latency: Option<Time>,
     /// From the release of the writer to its write, as far as the reader waits for that.
     pub write: Time,
-    /// What the reader adds: all of the latency but `write`.
+    /// What the reader adds: all of the latency but `write`; with the rule that the reader may rely on.
     pub part: ChainPart,
     pub reason: Option<ChainReason<'db>>,
     /// The write that may overwrite what was written, without having been read; none with a buffer, which keeps it.

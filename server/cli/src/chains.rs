@@ -251,9 +251,14 @@ impl<'db> ChainList<'db> {
             let network = step.timed.as_ref().zip(response).and_then(|(it, own)| it.write.checked_sub(own));
             let network = network.filter(|it| *it > Time::ZERO);
             notes.extend(network.map(|it| format!("the network takes {it} of it at most")));
-            if part.rule == ChainRule::HigherPriority {
-                notes.push("of a higher priority: the next one waits for its release only".to_owned());
-            }
+            notes.extend(match part.rule {
+                ChainRule::AfterWrite => None,
+                ChainRule::HigherPriority => {
+                    Some("of a higher priority: the next one waits for its release only".to_owned())
+                }
+                ChainRule::SameJob => Some("the same job of the thread executes the next one".to_owned()),
+                ChainRule::NextJob => Some("the next job of the thread executes the next one".to_owned()),
+            });
             let times = [part.wait, part.buffer, part.periods, part.run, step.total()];
             let name = self.connection(step).unwrap_or_else(|| step.instance.to_string());
             std::iter::once(name).chain(times.map(Time::number)).chain([notes.join("; ")]).collect()

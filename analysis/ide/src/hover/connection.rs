@@ -68,16 +68,27 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &LinkRep
     if report.latency.is_some() {
         let part = &report.part;
         let starts = match part.rule {
-            ChainRule::AfterWrite => format!("{writer} executes up to its write"),
+            ChainRule::AfterWrite | ChainRule::SameJob | ChainRule::NextJob => {
+                format!("{writer} executes up to its write")
+            }
             ChainRule::HigherPriority => {
                 format!("{writer} has a higher priority on the same CPU: {reader} starts after its write")
             }
+        };
+        let runs = match part.rule {
+            ChainRule::SameJob => {
+                format!("{reader} executes up to its write, in the job of their thread that has run {writer}")
+            }
+            _ => format!("{reader} executes up to its write"),
         };
         let activities = &system_of(db, project, *deployment).activities;
         let activity = activities.iter().find(|it| it.instance == **reader);
         let waits = match (part.by_data, activity.is_none_or(|it| it.is_periodic())) {
             (true, _) => {
                 format!("the data releases {reader}: at most the rest of its least time between releases")
+            }
+            (false, true) if part.rule == ChainRule::NextJob => {
+                "until the next job of their thread: its period".to_owned()
             }
             (false, true) => format!("until the next release of {reader}: its period"),
             (false, false) => {
@@ -91,7 +102,7 @@ fn text_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, connected: &LinkRep
                 (part.wait, waits),
                 (part.buffer, "until values before it in the buffer are read or dropped".to_owned()),
                 (part.periods, format!("periods of {reader} until it writes")),
-                (part.run, format!("{reader} executes up to its write")),
+                (part.run, runs),
             ],
         );
     }

@@ -160,10 +160,11 @@ impl Exploration<'_> {
         let mut states = vec![state];
         for (place, task) in self.system.tasks.iter().enumerate() {
             let phases = task.offset.map_or(0..task.period, |offset| offset..offset + 1);
-            let phases = if task.trigger.is_some() { 0..1 } else { phases };
+            let mate = self.mate(place);
+            let phases = if task.trigger.is_some() || mate.is_some() { 0..1 } else { phases };
             let with = |state: &State, until: u8| {
                 let mut state = *state;
-                state.tasks[place].until = until;
+                state.tasks[place].until = mate.map_or(until, |mate| state.tasks[mate].until);
                 state
             };
             states = phases.flat_map(|until| states.iter().map(move |state| with(state, until))).collect();
@@ -171,6 +172,13 @@ impl Exploration<'_> {
         for state in states {
             self.enter(state, 0);
         }
+    }
+
+    /// Returns the first task of the thread of a task, if that is another one: it is released first.
+    fn mate(&self, place: usize) -> Option<usize> {
+        self.system.tasks[..place]
+            .iter()
+            .position(|it| it.is_in_thread && self.system.tasks[place].is_in_thread)
     }
 
     /// Enters a state between two instants.
@@ -194,6 +202,13 @@ impl Exploration<'_> {
     /// Releases each task from `place` on that must or may be.
     fn releases(&mut self, mut state: State, place: usize, time: u64) {
         let Some(task) = self.system.tasks.get(place) else { return self.instant(state, time) };
+        if let Some(mate) = self.mate(place) {
+            let TaskState { until, late, .. } = state.tasks[mate];
+            let of = &mut state.tasks[place];
+            of.jobs += u8::from((of.until == 0 || of.late > 0) && late == 0);
+            (of.until, of.late) = (until, late);
+            return self.releases(state, place + 1, time);
+        }
         let of = &mut state.tasks[place];
         if task.trigger.is_some() {
             trigger(of, task);
@@ -319,9 +334,11 @@ impl Exploration<'_> {
                 }
             }
             Stage::Choosing => {
-                let tasks = self.system.tasks.iter().enumerate();
-                let ready =
-                    || tasks.clone().filter(|(place, it)| it.cpu == cpu && state.tasks[*place].jobs > 0);
+                let system = self.system;
+                let tasks = system.tasks.iter().enumerate();
+                let is_ready =
+                    |place: usize| state.tasks[place].jobs > 0 && !waits_for_thread(system, &state, place);
+                let ready = || tasks.clone().filter(|(place, it)| it.cpu == cpu && is_ready(*place));
                 let Some(highest) = ready().map(|(_, task)| task.priority).max() else {
                     stages[cpu] = Stage::Idle;
                     return self.add(open, state, stages, time);
@@ -482,6 +499,16 @@ impl Exploration<'_> {
         }
         self.execute(state, stages, cpu + 1, time);
     }
+}
+
+/// Whether the thread of a task has jobs that it executes before those of this one.
+fn waits_for_thread(system: &System, state: &State, place: usize) -> bool {
+    let jobs = |mate: usize| state.tasks[mate].jobs;
+    let is_before = |mate: usize| {
+        jobs(mate) > jobs(place) || jobs(mate) == jobs(place) && (mate < place) != system.is_reversed
+    };
+    let mut mates = (0..system.tasks.len()).filter(|it| *it != place && system.tasks[*it].is_in_thread);
+    system.tasks[place].is_in_thread && mates.any(is_before)
 }
 
 /// Lets data release a task nominally, if it may be now.

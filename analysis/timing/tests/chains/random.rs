@@ -1,7 +1,7 @@
 //! Random systems: no time is above its bound.
 
 use mauve_tests::search;
-use mauve_timing::Time;
+use mauve_timing::{ChainRule, Time};
 
 use super::core::{
     Core, Edge, Statement,
@@ -25,6 +25,8 @@ enum Kind {
     Synchronised,
     /// Data releases some of the tasks.
     Triggers,
+    /// One thread executes two or three of the tasks.
+    Threads,
     /// Tasks on a CPU each that read at their start and write at their end.
     Apart,
     /// The same with synchronised clocks, and no jitter.
@@ -116,7 +118,7 @@ impl Random {
         let (is_common, common) = (self.one_in(3), self.within(2, 5));
         let has_buffer = |random: &mut Random| match kind {
             Kind::Buffers => !random.one_in(4),
-            Kind::Synchronised | Kind::Triggers => random.one_in(4),
+            Kind::Synchronised | Kind::Triggers | Kind::Threads => random.one_in(4),
             _ => false,
         };
         let task = |random: &mut Random| {
@@ -146,7 +148,19 @@ impl Random {
             }
             first = usize::from(chain > 1 && self.one_in(6));
         }
-        System { tasks, first, chain, is_early: self.one_in(3) }
+        if kind == Kind::Threads {
+            let [one, other] = [0, 1].map(|_| self.below(tasks.len() as u64) as usize);
+            let like = tasks[one].clone();
+            for place in (0..tasks.len()).filter(|it| *it <= one.max(other) && *it >= one.min(other)) {
+                let of = tasks[place].clone();
+                if place == one || place == other || self.one_in(2) {
+                    tasks[place] =
+                        Task { core: of.core, buffer: of.buffer, is_in_thread: true, ..like.clone() };
+                }
+            }
+        }
+        let is_reversed = kind == Kind::Threads && self.one_in(2);
+        System { tasks, first, chain, is_reversed, is_early: self.one_in(3) }
     }
 }
 
@@ -167,6 +181,8 @@ struct Totals {
     /// Bounds of the reaction that are attained, and all: where data releases the task that it reaches, and where the time between such
     /// releases counts.
     triggers: [[u64; 2]; 2],
+    /// Chains with data that a later task of a thread reads in the same job, and that an earlier one reads in the next.
+    in_thread: [u64; 2],
 }
 
 impl Totals {
@@ -201,6 +217,9 @@ impl Totals {
             *attained += u64::from(reaction == bounds.latency);
         }
         self.steps[system.chain - system.first - 1] += 1;
+        for (number, rule) in [ChainRule::SameJob, ChainRule::NextJob].into_iter().enumerate() {
+            self.in_thread[number] += u64::from(parts.iter().any(|part| part.rule == rule));
+        }
         let by_data = parts.iter().any(|part| part.by_data);
         let with_releases = system.tasks[system.first..]
             .iter()
@@ -259,6 +278,13 @@ fn no_data_that_releases_tasks_is_older_than_a_bound() {
         attained * 10 > all && all * 3 > totals.explored && with_releases * 20 > totals.explored,
         "{totals:?}"
     );
+}
+
+#[test]
+fn no_data_within_a_thread_is_older_than_a_bound() {
+    let totals = explore_random_chains(Kind::Threads, 10);
+    let [same_job, next_job] = totals.in_thread;
+    assert!(same_job * 10 > totals.explored && next_job * 10 > totals.explored, "{totals:?}");
 }
 
 /// The bounds are the greatest times: of that many kinds.

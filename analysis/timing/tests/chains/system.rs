@@ -20,11 +20,23 @@ pub(crate) struct Task {
     pub(crate) buffer: Option<u8>,
     /// Whether its input releases it, each period at most; with how many releases in a period, 1 or 2.
     pub(crate) trigger: Option<u8>,
+    /// Whether the thread of the system executes it. All of its tasks are equal but for their cores and buffers.
+    pub(crate) is_in_thread: bool,
 }
 
 /// Returns a task on the CPU of its number.
 pub(crate) fn task(cpu: usize, priority: u32, period: u8, core: Core) -> Task {
-    Task { priority, period, jitter: 0, offset: None, cpu, core, buffer: None, trigger: None }
+    Task {
+        priority,
+        period,
+        jitter: 0,
+        offset: None,
+        cpu,
+        core,
+        buffer: None,
+        trigger: None,
+        is_in_thread: false,
+    }
 }
 
 impl Task {
@@ -52,6 +64,8 @@ pub(crate) struct System {
     pub(crate) tasks: Vec<Task>,
     pub(crate) first: usize,
     pub(crate) chain: usize,
+    /// Whether the thread executes its tasks from the last one to the first.
+    pub(crate) is_reversed: bool,
     /// Whether statements may execute for less than their time.
     pub(crate) is_early: bool,
 }
@@ -70,7 +84,12 @@ pub(crate) struct Bounds {
 
 impl System {
     pub(crate) fn new(tasks: Vec<Task>) -> System {
-        System { chain: tasks.len(), tasks, first: 0, is_early: false }
+        System { chain: tasks.len(), tasks, first: 0, is_reversed: false, is_early: false }
+    }
+
+    /// Returns the place among the tasks that are analysed: a thread executes them in their order.
+    fn analysed(&self, task: usize) -> usize {
+        if self.is_reversed { self.tasks.len() - 1 - task } else { task }
     }
 
     pub(crate) fn facts(&self) -> Vec<Facts> {
@@ -95,11 +114,16 @@ impl System {
                 burst: task.trigger.unwrap_or(1).into(),
                 offset: task.offset.map(|offset| Time::from_nanos(offset.into())),
                 cpus: Some(CpuSet::of(task.cpu as u32)),
+                thread: task.is_in_thread.then_some(0),
                 demand: Demand::Machine { machine: StateMachine::new(states, edges).unwrap(), whole: None },
                 ..mauve_timing::Task::default()
             }
         });
-        Tasks::new(tasks.collect()).response_times(&OPTIONS, &|| ())
+        let mut tasks: Vec<mauve_timing::Task> = tasks.collect();
+        if self.is_reversed {
+            tasks.reverse();
+        }
+        Tasks::new(tasks).response_times(&OPTIONS, &|| ())
     }
 
     /// Returns the bounds, if each component passes data on for sure.
@@ -110,7 +134,7 @@ impl System {
             return None;
         }
         let analysis = self.analyse();
-        let response = |task: usize| match analysis.responses[task].bound {
+        let response = |task: usize| match analysis.responses[self.analysed(task)].bound {
             Bound::Response(time) => Some(time),
             _ => None,
         };
@@ -125,7 +149,7 @@ impl System {
             let writes = writes.filter(|_| !may_leave);
             let by = |writer: usize| {
                 Some(TriggerWriter {
-                    task: writer,
+                    task: self.analysed(writer),
                     distance: distances[writer]?,
                     response: response(writer)?,
                     gap: all[writer].gap?,
@@ -134,21 +158,25 @@ impl System {
                 })
             };
             distances.push(match of.trigger {
-                Some(_) => {
-                    by(task - 1).and_then(|by| analysis.tasks.greatest_distance(task, response(task)?, &by))
-                }
+                Some(_) => by(task - 1).and_then(|by| {
+                    analysis.tasks.greatest_distance(self.analysed(task), response(task)?, &by)
+                }),
                 None => Some(Distance { each: Time::from_nanos(of.period.into()), late: Time::ZERO }),
             });
             if task < self.first {
                 continue;
             }
             let response = response(task)?;
-            let write = |&time: &u64| ChainWrite { task, cost: Time::from_nanos(time), response };
+            let write = |&time: &u64| ChainWrite {
+                task: self.analysed(task),
+                cost: Time::from_nanos(time),
+                response,
+            };
             let written: Vec<ChainWrite> = facts.written.iter().map(write).collect();
             let buffer = of.buffer.filter(|_| task > self.first);
             let released = ChainRelease { distance: distances[task], by_data: task > self.first };
             chain.push(ChainStep {
-                task,
+                task: self.analysed(task),
                 releases: facts.releases?,
                 periods: facts.periods,
                 write: analysis.tasks.write_times(&written, &OPTIONS, &|| ()).into_iter().max()?,
@@ -157,6 +185,7 @@ impl System {
                 buffer: buffer.map(|size| ChainBuffer { size: size.into(), reads: facts.reads }),
                 writes,
                 released: of.trigger.map(|_| released),
+                is_call: false,
             });
         }
         let found = match analysis.tasks.latency(&chain, uses_priorities) {

@@ -6,8 +6,8 @@ use mauve_hir::{
     SkipCause, Topic, core_of, deployed, flat_of, passages_of, ros2_of,
 };
 use mauve_timing::{
-    ChainBuffer, ChainLatency, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status, Task, Time,
-    TriggerWriter,
+    ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status,
+    Task, Time, TriggerWriter,
 };
 use rustc_hash::FxHashMap;
 
@@ -654,7 +654,9 @@ impl<'db> Sums<'db> {
             _ => of_passages().map_err(may_skip),
         };
         let releases = releases.map_err(|why| reasons.push(why)).ok()?;
-        let link = step.connection.and_then(|it| self.flat.links.get(it)).filter(|link| !link.operation);
+        let link = step.connection.and_then(|it| self.flat.links.get(it));
+        let is_call = link.is_some_and(|link| link.operation);
+        let link = link.filter(|_| !is_call);
         let buffer = link
             .and_then(|link| link.buffer)
             .map(|size| ChainBuffer { size: size.max(1), reads: reads.ok() });
@@ -663,7 +665,7 @@ impl<'db> Sums<'db> {
         let is_read = !by_data || buffer.is_none() || self.is_read_at_start(step);
         let writes = before.filter(|_| is_read).and_then(|it| self.writes(it, link?));
         let periods = passages.iter().map(|it| it.periods).reduce(|one, other| Some(one?.max(other?)));
-        Some(ChainStep { releases, periods: periods.unwrap_or(Some(0)), buffer, writes, ..written })
+        Some(ChainStep { releases, periods: periods.unwrap_or(Some(0)), buffer, writes, is_call, ..written })
     }
 
     fn connection(&mut self, hop: Option<&Hop<'db>>, link: &Link<'db>) -> ConnectionReport<'db> {
@@ -702,7 +704,7 @@ impl<'db> Sums<'db> {
             let latency = self.sum(&steps, &stages, &mut why).and_then(|it| {
                 let [writer, gateways @ .., reader] = it.parts.as_slice() else { return None };
                 let rest = writer.wait.checked_add(writer.periods)?;
-                let mut reader = *reader;
+                let mut reader = ChainPart { rule: gateways.last().unwrap_or(writer).rule, ..*reader };
                 for part in gateways {
                     reader.wait = reader.wait.checked_add(part.wait)?.checked_add(part.run)?;
                 }
