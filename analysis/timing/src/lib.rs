@@ -121,7 +121,7 @@ pub use simulation::{
 pub use table::error::{TableError, TableErrorKind, TomlKind};
 pub use table::measured::digest_of;
 pub use table::update::{
-    KeptEntry, UpdateError, Updated, assumed_entry, existing as entry_of_key, unit_in,
+    KeptEntry, UpdateError, Updated, assumed_entry, entry_for, existing as entry_of_key, unit_in,
     update as update_table, with_dispatch, with_time,
 };
 pub use table::{

@@ -248,19 +248,22 @@ fn section_of(key: &str) -> (&'static str, &str) {
     }
 }
 
-/// Returns the entry for the key of a measurement: that with the library, or without if there is none.
+/// Returns the entry for the key of a measurement.
 pub fn existing<'t>(table: &'t Table, key: &str) -> Option<&'t Entry> {
-    let (section, key) = section_of(key);
-    let entries = match section {
-        "access" => &table.accesses,
-        "program" => &table.programs,
-        _ => &table.codels,
-    };
+    match section_of(key) {
+        ("access", port) => entry_for(&table.accesses, port, true),
+        ("program", program) => entry_for(&table.programs, program, false),
+        (_, codel) => entry_for(&table.codels, codel, false),
+    }
+}
+
+/// Returns the entry for a whole key: that with the library, or without if there is none.
+pub fn entry_for<'t>(entries: &'t [Entry], key: &str, is_port: bool) -> Option<&'t Entry> {
     let find = |key: &str| entries.iter().find(|entry| entry.key == key);
     let component = key.split('/').next().unwrap_or_default();
     let library = component.split_once('.').map(|(library, _)| library.len() + 1);
     // Without a library, the part before the point is the component of a port.
-    let library = library.filter(|_| section != "access" || key.matches('.').count() > 1);
+    let library = library.filter(|_| !is_port || key.matches('.').count() > 1);
     find(key).or_else(|| find(key.get(library?..)?))
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use mauve_projects::disk;
-use mauve_timing::{Observed, ObservedTimes, Table, Unit};
+use mauve_timing::{Observed, ObservedTimes, Table, Unit, entry_for};
 
 use crate::text::{duration, wait_entry};
 
@@ -18,7 +18,8 @@ pub(super) fn messages(samples: &[PathBuf], table: &Table, unit: Unit) -> Vec<St
             codels.entry(codel).or_default().add(&it);
         }
     }
-    codels.retain(|codel, it| it.wait > known_wait(table, codel));
+    let known = |codel: &str| entry_for(&table.waits, codel, false)?.value.as_ref();
+    codels.retain(|codel, it| it.wait > known(codel).map_or(0, |it| it.greatest().as_nanos()));
     let message = |(codel, it): (&String, &ObservedTimes)| {
         let (time, line) = (duration(it.wait), wait_entry(codel, it.wait, it.times, unit));
         match it.is_wait_known {
@@ -32,11 +33,4 @@ pub(super) fn messages(samples: &[PathBuf], table: &Table, unit: Unit) -> Vec<St
         }
     };
     codels.iter().map(message).collect()
-}
-
-/// Returns the greatest wait that the table has for a codel, with its library or without.
-fn known_wait(table: &Table, codel: &str) -> u64 {
-    let name = codel.rsplit('.').next().unwrap_or(codel);
-    let entry = table.waits.iter().find(|entry| entry.key == codel || entry.key == name);
-    entry.and_then(|entry| entry.value.as_ref()).map_or(0, |it| it.greatest().as_nanos())
 }

@@ -11,7 +11,7 @@ use mauve_projects::output::say;
 use mauve_projects::replace::put;
 use mauve_pwcet::trace::{Observation, SeenName, SpanKind, TraceReader, Wait, lock_of, port_of};
 use mauve_timing::{
-    LEAST_WORK, Observed, ObservedTimes, Recording, Table, UNSUSPICIOUS, Unit, digest_of, unit_in,
+    LEAST_WORK, Observed, ObservedTimes, Recording, Table, UNSUSPICIOUS, Unit, digest_of, entry_for, unit_in,
 };
 use mauve_wcrt::table_files;
 use toml_edit::{DocumentMut, Item};
@@ -221,13 +221,10 @@ impl PasteTables {
     fn lacking<'a>(&self, section: &str, why: &str, entries: impl Iterator<Item = PasteEntry<'a>>) -> String {
         let (mut new, mut others) = (String::new(), String::new());
         for PasteEntry { key, time, times, line } in entries {
-            // An entry may lack the library; that of a port has its component.
-            let short = key.split_once('.').map(|(_, short)| short);
-            let short = short.filter(|short| section == "wait" || short.contains('.'));
             let found = self.all.iter().find_map(|(file, table)| {
-                let all = if section == "wait" { &table.waits } else { &table.accesses };
-                let is_it = |name: &str| all.iter().find(|it| it.key == name);
-                Some((file, is_it(key).or_else(|| is_it(short?))?))
+                let is_port = section == "access";
+                let all = if is_port { &table.accesses } else { &table.waits };
+                Some((file, entry_for(all, key, is_port)?))
             });
             let Some((file, entry)) = found else {
                 new += &format!("{line}\n");
