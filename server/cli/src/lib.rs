@@ -3,6 +3,26 @@
 //!
 //! This crate must never know the language server.
 
+/// Declares commands, each with its arguments, whose `run` has the same result.
+macro_rules! commands {
+    ($(#[$about_all:meta])* $name:ident: $($(#[$about:meta])* $command:ident($arguments:ty),)*) => {
+        $(#[$about_all])*
+        #[derive(Debug, Subcommand)]
+        pub enum $name {
+            $($(#[$about])* $command($arguments)),*
+        }
+
+        impl $name {
+            /// Runs the command; an `Err` is a message for standard error, and exit code 2.
+            pub fn run(self) -> Result<Output, String> {
+                match self {
+                    $(Self::$command(it) => it.run()),*
+                }
+            }
+        }
+    };
+}
+
 mod analysis_stats;
 mod chains;
 mod check;
@@ -43,9 +63,10 @@ mod wcrt;
 use clap::Subcommand;
 use mauve_projects::output::Output;
 
-/// A command of the command line.
-#[derive(Debug, Subcommand)]
-pub enum Command {
+commands! {
+    /// A command of the command line.
+    Command:
+
     /// Report errors and warnings in models, then the response times.
     Check(check::CheckCommand),
     /// Compute worst-case response times.
@@ -153,35 +174,4 @@ pub enum Command {
     /// Install or remove the support for an editor.
     #[command(subcommand)]
     Editor(editor::Editor),
-}
-
-impl Command {
-    /// Runs the command; an `Err` is a message for standard error, and exit code 2.
-    pub fn run(self) -> Result<Output, String> {
-        match self {
-            Self::Check(it) => it.run(),
-            Self::Wcrt(it) => it.run(),
-            Self::Verify(it) => it.run(),
-            Self::Tune(it) => it.run(),
-            Self::Chains(it) => it.run(),
-            Self::Diff(it) => it.run(),
-            Self::Report(it) => it.run(),
-            Self::Psm(it) => it.run(),
-            Self::Graph(it) => it.run(),
-            Self::Simulate(it) => it.run(),
-            Self::Generate(it) => it.run(),
-            Self::Run(it) => it.run(),
-            Self::Trace(it) => it.run(),
-            Self::Measure(it) => it.run(),
-            Self::Pwcet(it) => it.run(),
-            Self::Platform(it) => it.run(),
-            Self::Explain(it) => it.run(),
-            Self::Fmt(it) => it.run(),
-            Self::Parse(it) => it.run(),
-            Self::Schema(it) => Ok(it.run()),
-            Self::AnalysisStats(it) => it.run(),
-            Self::New(it) => it.run(),
-            Self::Editor(it) => it.run(),
-        }
-    }
 }

@@ -9,8 +9,9 @@ use mauve_projects::output::Output;
 
 pub(crate) use check::available_cpus;
 
-#[derive(Debug, Subcommand)]
-pub enum PlatformCommand {
+commands! {
+    PlatformCommand:
+
     /// Check this computer: kernel, throttling, frequency, sleep, rights and clock.
     ///
     /// Response times hold on a computer that runs real-time threads at once and at one speed. One line for each property says
@@ -25,13 +26,4 @@ pub enum PlatformCommand {
     ///
     /// Exit codes: 0 each FILE was read; 2 a FILE that cannot be read.
     Import(import::PlatformImport),
-}
-
-impl PlatformCommand {
-    pub(crate) fn run(self) -> Result<Output, String> {
-        match self {
-            PlatformCommand::Check(it) => it.run(),
-            PlatformCommand::Import(it) => it.run(),
-        }
-    }
 }

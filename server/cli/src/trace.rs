@@ -9,8 +9,9 @@ use mauve_projects::output::Output;
 
 pub(super) use import::{import_recording, shown_key, warnings as recording_warnings};
 
-#[derive(Debug, Subcommand)]
-pub enum Trace {
+commands! {
+    Trace:
+
     /// Add the execution times in recorded traces to a sample file.
     ///
     /// A TRACE is a folder that LTTng has recorded, which needs the program babeltrace2; a folder of `mauve run --trace`; or a
@@ -46,14 +47,4 @@ pub enum Trace {
     ///
     /// Exit codes: 0 the trace was written; 2 a trace or a model that cannot be read, or a file that cannot be written.
     Export(export::Export),
-}
-
-impl Trace {
-    pub(crate) fn run(self) -> Result<Output, String> {
-        match self {
-            Trace::Import(it) => it.run(),
-            Trace::Check(it) => it.run(),
-            Trace::Export(it) => it.run(),
-        }
-    }
 }
