@@ -52,7 +52,6 @@ impl Observer {
                 };
                 let found = context.instance(instance, own);
                 observed.has_scheduling |= !found.priorities.is_empty();
-                observed.has_cpus |= !found.cpus.is_empty();
                 observed.instances.push(found);
             }
         }
@@ -110,7 +109,6 @@ impl Observer {
 fn times(expected: &ExpectedDeployment, names: &SpanNames, all: &[(NameId, Tally)]) -> Vec<ObservedTime> {
     let new = |(key, time): (&String, &Option<u64>)| ObservedTime {
         key: key.clone(),
-        is_program: SpanKind::of(key) == SpanKind::Program,
         time: *time,
         probability: 1.0,
         ..ObservedTime::default()

@@ -262,8 +262,6 @@ pub struct ObservedInstance {
 pub struct ObservedTime {
     /// Its key in a timing table.
     pub key: String,
-    /// Whether it is a program.
-    pub is_program: bool,
     /// The time in the tables.
     pub time: Option<u64>,
     /// The number of executions.
@@ -336,8 +334,6 @@ pub struct ObservedDeployment {
     pub has_programs: bool,
     /// Whether it has priorities and CPUs of threads.
     pub has_scheduling: bool,
-    /// Whether it has the CPUs on which periods began.
-    pub has_cpus: bool,
     /// Whether it names instances.
     pub has_instances: bool,
     /// The CPU time that threads which are not instances used in a second, by name.
