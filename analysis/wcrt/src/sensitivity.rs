@@ -127,7 +127,15 @@ pub fn sensitivity<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Sensitivity<'db> {
-    SensitivityOf { db, project, deployment, query }.all(MOST_OF_ALL)
+    all(&Variants::new(db, project, deployment, query, MOST_OF_ALL))
+}
+
+fn all<'db>(variants: &Variants<'db>) -> Sensitivity<'db> {
+    let Variants { db, project, deployment, query, system, .. } = *variants;
+    let times = executed_times(db, project, deployment, query.level).iter();
+    let times = times.map(|it| time_limit(variants, it)).collect();
+    let activities = 0..system.activities.len();
+    Sensitivity { times, activities: activities.filter_map(|it| period_limit(variants, it)).collect() }
 }
 
 /// Computes how far the time of a codel or a program may grow, or must shrink; none where no activity executes it.
@@ -141,67 +149,35 @@ pub fn time_sensitivity<'db>(
 ) -> Option<TimeSensitivity<'db>> {
     let executed = executed_times(db, project, deployment, query.level);
     let it = executed.iter().find(|it| it.of == of)?;
-    let mut left = MOST_ANALYSED;
-    Some(SensitivityOf { db, project, deployment, query }.time(it, &mut left))
+    Some(time_limit(&Variants::new(db, project, deployment, query, MOST_ANALYSED), it))
 }
 
-/// The sensitivity of one deployment at one level.
-#[derive(Clone, Copy)]
-struct SensitivityOf<'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    query: Query,
+fn time_limit<'db>(variants: &Variants<'db>, it: &ExecutedTime<'db>) -> TimeSensitivity<'db> {
+    let (of, time) = (it.of.clone(), it.time(variants.db, variants.query.level));
+    let executing: Vec<usize> = it.activities.iter().chain(&it.in_background).copied().collect();
+    let search = LimitSearch { variants, of: &executing };
+    let found = variants.within(MOST_ANALYSED, || search.greatest_time(&of, time));
+    let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
+    TimeSensitivity { of, time, unproved, limit }
 }
 
-impl<'db> SensitivityOf<'db> {
-    fn all(self, mut left: usize) -> Sensitivity<'db> {
-        let SensitivityOf { db, project, deployment, query } = self;
-        let times = executed_times(db, project, deployment, query.level).iter();
-        let times = times.map(|it| self.time(it, &mut left)).collect();
-        let activities = 0..system_of(db, project, deployment).activities.len();
-        Sensitivity { times, activities: activities.filter_map(|it| self.period(it, &mut left)).collect() }
-    }
-
-    /// Returns what `search` finds with what is `left` of a budget.
-    fn within<T>(self, left: &mut usize, search: impl FnOnce(&Variants<'db>) -> T) -> T {
-        let SensitivityOf { db, project, deployment, query } = self;
-        let most = MOST_ANALYSED.min(*left);
-        let variants = Variants::new(db, project, deployment, query, most);
-        let found = search(&variants);
-        *left -= most - variants.left.get();
-        found
-    }
-
-    fn time(self, it: &ExecutedTime<'db>, left: &mut usize) -> TimeSensitivity<'db> {
-        let (of, time) = (it.of.clone(), it.time(self.db, self.query.level));
-        let executing: Vec<usize> = it.activities.iter().chain(&it.in_background).copied().collect();
-        let found =
-            self.within(left, |variants| LimitSearch { variants, of: &executing }.greatest_time(&of, time));
-        let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
-        TimeSensitivity { of, time, unproved, limit }
-    }
-
-    /// Returns how far the period of the activity of this index may shrink, or must grow.
-    fn period(self, index: usize, left: &mut usize) -> Option<ActivitySensitivity> {
-        let SensitivityOf { db, project, deployment, query } = self;
-        let activity = system_of(db, project, deployment).activities.get(index)?;
-        let report = response_times(db, project, deployment, query).activities.get(index)?;
-        let slack = report.slack();
-        let (found, serves) = self.within(left, |variants| {
-            let base = variants.with_times(&FxHashSet::default(), &|_| None);
-            // Those of one thread have one period.
-            let is_of_thread = |other: &usize| {
-                *other == index || base.activities().get(*other).is_some_and(|it| it.is_mate(activity))
-            };
-            let of: Vec<usize> = (0..base.activities().len()).filter(is_of_thread).collect();
-            let serves = base.operations.iter().any(|operation| of.contains(&operation.provider));
-            (LimitSearch { variants, of: &of }.least_period(&base, activity), serves)
-        });
-        let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
-        let instance = activity.instance.clone();
-        Some(ActivitySensitivity { instance, period: activity.period, slack, unproved, limit, serves })
-    }
+/// Returns how far the period of the activity of this index may shrink, or must grow.
+fn period_limit(variants: &Variants<'_>, index: usize) -> Option<ActivitySensitivity> {
+    let Variants { db, project, deployment, query, system, .. } = *variants;
+    let activity = system.activities.get(index)?;
+    let slack = response_times(db, project, deployment, query).activities.get(index)?.slack();
+    let base = variants.with_times(&FxHashSet::default(), &|_| None);
+    // Those of one thread have one period.
+    let is_of_thread = |other: &usize| {
+        *other == index || base.activities().get(*other).is_some_and(|it| it.is_mate(activity))
+    };
+    let of: Vec<usize> = (0..base.activities().len()).filter(is_of_thread).collect();
+    let serves = base.operations.iter().any(|operation| of.contains(&operation.provider));
+    let search = LimitSearch { variants, of: &of };
+    let found = variants.within(MOST_ANALYSED, || search.least_period(&base, activity));
+    let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
+    let instance = activity.instance.clone();
+    Some(ActivitySensitivity { instance, period: activity.period, slack, unproved, limit, serves })
 }
 
 /// A time of the tables, and the indices of the real-time activities that execute it.
@@ -590,7 +566,7 @@ architecture C { instance o: CO }
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
         let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact };
-        let found = SensitivityOf { db: &db, project, deployment: of, query }.all(most);
+        let found = all(&Variants::new(&db, project, of, query, most));
         let mut out = String::new();
         let shown = |limit: &Limit| limit.time().map_or_else(String::new, |time| format!(" {time}"));
         let late =

@@ -58,6 +58,16 @@ impl<'db> Variants<'db> {
         Some(())
     }
 
+    /// Calls `search` with at most so much of what is left of the budget.
+    pub(crate) fn within<T>(&self, most: usize, search: impl FnOnce() -> T) -> T {
+        let all = self.left.get();
+        let part = most.min(all);
+        self.left.set(part);
+        let found = search();
+        self.left.set(all - part + self.left.get());
+        found
+    }
+
     /// Returns the deployment where the times in `what_if` replace those of the tables. All of them are times that
     /// only `components` execute in their own periods.
     pub(crate) fn with_times(

@@ -54,7 +54,7 @@ pub(super) fn placed(trials: &Trials<'_>, start: &TunePlan) -> Option<Best> {
 
 fn search(trials: &Trials<'_>, clusters: &[Cluster], start: &TunePlan, found: &mut Best) -> Option<()> {
     // Part of the budget stays for the exact search.
-    let is_improved = trials.with_part(3, || {
+    let is_improved = trials.variants.within(trials.variants.left.get() / 3, || {
         improve(trials, clusters, found)?;
         found.consider(solved(trials, &worst_fit(trials, clusters, start, false))?);
         if trials.is_enough(found.score) { Some(()) } else { improve(trials, clusters, found) }

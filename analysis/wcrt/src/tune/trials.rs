@@ -346,15 +346,6 @@ impl<'db> Trials<'db> {
         score.is_met() && self.request.aim == TuneAim::Deadlines
     }
 
-    /// Calls `search` with this part of the budget that is left.
-    pub(super) fn with_part<T>(&self, part: usize, search: impl FnOnce() -> T) -> T {
-        let all = self.variants.left.get();
-        self.variants.left.set(all / part);
-        let found = search();
-        self.variants.left.set(all - all / part + self.variants.left.get());
-        found
-    }
-
     /// Gives another search a quarter of the budget at least.
     pub(super) fn refill(&self) {
         self.variants.left.set(self.variants.left.get().max(self.request.most_steps / 4));
