@@ -93,7 +93,7 @@ pub fn better_priorities<'db>(
     of: Decl<'db>,
     query: Query,
 ) -> Vec<BetterTiming> {
-    let search = || TimingSearch::new(db, project, of, query);
+    let search = || TimingSearch::new(Variants::new(db, project, of, query, MOST_STEPS));
     let one = search().and_then(|search| search.one_priority());
     one.into_iter().chain(search().map_or_else(Vec::new, |search| search.priorities())).collect()
 }
@@ -109,7 +109,7 @@ pub fn better_activity<'db>(
 ) -> Vec<BetterTiming> {
     let mut found = Vec::new();
     let activity = system_of(db, project, of).activities.get(index);
-    let search = || TimingSearch::new(db, project, of, query);
+    let search = || TimingSearch::new(Variants::new(db, project, of, query, MOST_STEPS));
     if let Some(activity) = activity.filter(|it| matches!(it.priority, Priority::RealTime(_)))
         && let Some((of_priority, search)) = search().zip(search())
     {
@@ -138,14 +138,9 @@ impl TimingChange {
 
 impl<'db> TimingSearch<'db> {
     /// Returns none where the deployment is not analysed: no change of a field can be either.
-    fn new(
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        of: Decl<'db>,
-        query: Query,
-    ) -> Option<TimingSearch<'db>> {
-        let now = response_times(db, project, of, query);
-        let variants = Variants::new(db, project, of, query, MOST_STEPS);
+    fn new(variants: Variants<'db>) -> Option<TimingSearch<'db>> {
+        let Variants { db, project, deployment, query, .. } = variants;
+        let now = response_times(db, project, deployment, query);
         now.not_analysed.is_empty().then_some(TimingSearch { variants, now })
     }
 
@@ -500,7 +495,7 @@ mod tests {
             activity c { priority = 3 period = 50 }";
         let (project, of) = deployed(&db, activities, "fa = 3\nfb = 6\nfc = 14\n");
         let query = Query::shown(&db, project, of);
-        let search = TimingSearch::new(&db, project, of, query).unwrap();
+        let search = TimingSearch::new(Variants::new(&db, project, of, query, MOST_STEPS)).unwrap();
         assert!(!search.now.schedulable());
         let found = search.optimal().unwrap();
         let BetterTiming::Change(TimingChange::OptimalPriorities, fields) = found else {
@@ -667,7 +662,8 @@ mod tests {
         let activities =
             with("priority = 1 period = 100 deadline = 50", "priority = 2 period = 100 deadline = 35");
         let (project, of) = deployed(&db, &activities, TIMES);
-        let search = TimingSearch::new(&db, project, of, Query::shown(&db, project, of)).unwrap();
+        let query = Query::shown(&db, project, of);
+        let search = TimingSearch::new(Variants::new(&db, project, of, query, MOST_STEPS)).unwrap();
         let found = search.optimal();
         assert_eq!(found, Some(BetterTiming::NoPriorities(vec!["c".into(), "a".into()])));
     }

@@ -24,6 +24,7 @@ use crate::report::{ActivityReport, Query, Report};
 use crate::response::{response_times, response_times_if};
 use crate::sends::writes_of;
 use crate::system::{System, system_of};
+use crate::variants::Variants;
 use crate::what_if::{WhatIfField, system_if};
 
 /// Returns the chains of a deployment. Without its architecture, only those that are declared, with that reason.
@@ -52,13 +53,8 @@ pub(crate) type LimitedLatency = (Option<Time>, Option<Time>);
 
 /// Returns the limit and the latency of each declared chain of a deployment with other values, as [`chains_of`] would compute them
 /// after that edit; without declared chains, of all. The second result is the number of steps, and of writes that were analysed.
-pub(crate) fn latencies_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    query: Query,
-    what_if: &[WhatIfField],
-) -> (Vec<LimitedLatency>, usize) {
+pub(crate) fn latencies_of(of: &Variants<'_>, what_if: &[WhatIfField]) -> (Vec<LimitedLatency>, usize) {
+    let Variants { db, project, deployment, query, .. } = *of;
     let Some((flat, target)) = deployed(db, project, deployment) else { return (Vec::new(), 0) };
     let system = system_if(db, project, deployment, what_if);
     let report = response_times_if(db, project, deployment, query, what_if);

@@ -10,6 +10,7 @@ use super::trials::{Trials, TunePlan};
 use super::{SearchKind, TuneAim, TuneRequest, Tuned, Untunable};
 use crate::report::Query;
 use crate::response::response_times_if;
+use crate::variants::Variants;
 
 /// Searches for values of a deployment.
 ///
@@ -57,7 +58,7 @@ pub fn tune<'db>(
     query: Query,
     request: &TuneRequest,
 ) -> Result<Tuned, Vec<Untunable<'db>>> {
-    let mut trials = Trials::new(db, project, of, query, request)?;
+    let mut trials = Trials::new(Variants::new(db, project, of, query, request.most_steps), request)?;
     trials.request.priorities |= request.aim != TuneAim::Deadlines || trials.lacks_priorities();
     let start = trials.start();
     let found = values(&mut trials, &start);

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use mauve_hir::{Decl, Hosts, ModelDb, PERIODS, PLACES, Project, deployment, hosts_of};
+use mauve_hir::{Decl, Hosts, ModelDb, PERIODS, PLACES, deployment, hosts_of};
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{
     Bound, CpuSet, Demand, Edge, Priority, Protocol, Response, StateMachine, Task, Tasks, Time, Utilisation,
@@ -14,8 +14,7 @@ use mauve_timing::{
 use super::{SearchKind, TuneAim, TuneRequest, Untunable};
 use crate::chains::{LimitedLatency, latencies_of};
 use crate::reason::Reason;
-use crate::report::Query;
-use crate::system::{ResolvedActivity, System, activities_of, others_of, system_of};
+use crate::system::{ResolvedActivity, System, activities_of, others_of};
 use crate::task_set::DeployedTasks;
 use crate::variants::Variants;
 use crate::what_if::{WhatIfField, least_period, other_period};
@@ -171,20 +170,17 @@ pub(super) struct Trials<'db> {
 
 impl<'db> Trials<'db> {
     pub(super) fn new(
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        of: Decl<'db>,
-        query: Query,
+        variants: Variants<'db>,
         request: &TuneRequest,
     ) -> Result<Trials<'db>, Vec<Untunable<'db>>> {
-        let system = system_of(db, project, of);
+        let Variants { db, project, deployment: of, system, .. } = variants;
         deployment(db, of).ok_or_else(Vec::new)?;
         let others = others_of(db, project.workspace(db), system.cpus);
         let gateways = || system.activities.iter().enumerate().filter(|(_, it)| it.gateway.is_some());
         let fixed = gateways().map(|(_, it)| &it.task).chain(&others);
         let fixed = fixed.filter_map(|it| Some((it.priority.real_time()?, it.cpus.unwrap_or(CpuSet::ALL))));
         let mut trials = Trials {
-            variants: Variants::new(db, project, of, query, request.most_steps),
+            variants,
             request: request.clone(),
             units: units(db, of, system, request),
             fixed: fixed.collect(),
@@ -329,8 +325,7 @@ impl<'db> Trials<'db> {
             TuneAim::Deadlines => {}
             TuneAim::Slack => score.value = i128::from(slacks().min().unwrap_or_default()),
             TuneAim::Latency => {
-                let Variants { db, project, deployment, query, .. } = self.variants;
-                let (found, steps) = latencies_of(db, project, deployment, query, &self.fields(plan));
+                let (found, steps) = latencies_of(&self.variants, &self.fields(plan));
                 // It analyses the plan once more.
                 let left = self.variants.left.get();
                 self.variants.left.set(left.saturating_sub(before - left + steps));
