@@ -52,19 +52,8 @@ pub(crate) struct Backend {
 
 /// Registers the methods that are not part of the protocol.
 pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServiceBuilder<Backend> {
-    let build = build
+    let build = Backend::with_own_methods(build)
         .custom_method("mauve/status", Backend::status)
-        .custom_method("mauve/analysis", Backend::analysis)
-        .custom_method("mauve/generate", Backend::generate)
-        .custom_method("mauve/graph", Backend::graph)
-        .custom_method("mauve/stateMachine", Backend::state_machine)
-        .custom_method("mauve/schedule", Backend::schedule)
-        .custom_method("mauve/probability", Backend::probability)
-        .custom_method("mauve/chains", Backend::chains)
-        .custom_method("mauve/cpuBudget", Backend::cpu_budget)
-        .custom_method("mauve/whatIf", Backend::what_if)
-        .custom_method("mauve/executionTimes", Backend::execution_times)
-        .custom_method("mauve/syntaxTree", Backend::syntax_tree)
         .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
     #[cfg(debug_assertions)]
     let build = build
@@ -94,12 +83,16 @@ fn uri_in(params: Option<&Value>) -> Option<&str> {
     params?.pointer("/textDocument/uri")?.as_str()
 }
 
-/// Declares methods that are not part of the protocol, each with its handler.
+/// Declares and registers methods that are not part of the protocol, each with its handler.
 macro_rules! own_methods {
-    ($($method:ident($params:ty) -> $result:ty => $handler:path;)*) => {
+    ($($name:literal: $method:ident($params:ty) -> $result:ty => $handler:path;)*) => {
         $(async fn $method(&self, params: $params) -> Result<$result> {
             self.answer(move |snapshot| $handler(snapshot, &params)).await
         })*
+
+        fn with_own_methods(build: LspServiceBuilder<Backend>) -> LspServiceBuilder<Backend> {
+            build$(.custom_method($name, Backend::$method))*
+        }
     };
 }
 
@@ -280,17 +273,17 @@ impl Backend {
     }
 
     own_methods! {
-        analysis(analysis::AnalysisParams) -> Vec<Value> => analysis::analysis;
-        chains(DrawingParams) -> Value => chains::chains;
-        cpu_budget(DrawingParams) -> Value => cpu_budget::cpu_budget;
-        execution_times(DrawingParams) -> Value => execution_times::execution_times;
-        generate(GenerateParams) -> GenerateDocument => generate::generate;
-        graph(DrawingParams) -> Vec<Value> => graph::graph;
-        probability(DrawingParams) -> Value => probability::probability;
-        schedule(DrawingParams) -> Value => schedule::schedule;
-        state_machine(DrawingParams) -> Value => state_machine::state_machine;
-        syntax_tree(DrawingParams) -> String => syntax_tree::syntax_tree;
-        what_if(DrawingParams) -> Value => what_if::what_if;
+        "mauve/analysis": analysis(analysis::AnalysisParams) -> Vec<Value> => analysis::analysis;
+        "mauve/chains": chains(DrawingParams) -> Value => chains::chains;
+        "mauve/cpuBudget": cpu_budget(DrawingParams) -> Value => cpu_budget::cpu_budget;
+        "mauve/executionTimes": execution_times(DrawingParams) -> Value => execution_times::execution_times;
+        "mauve/generate": generate(GenerateParams) -> GenerateDocument => generate::generate;
+        "mauve/graph": graph(DrawingParams) -> Vec<Value> => graph::graph;
+        "mauve/probability": probability(DrawingParams) -> Value => probability::probability;
+        "mauve/schedule": schedule(DrawingParams) -> Value => schedule::schedule;
+        "mauve/stateMachine": state_machine(DrawingParams) -> Value => state_machine::state_machine;
+        "mauve/syntaxTree": syntax_tree(DrawingParams) -> String => syntax_tree::syntax_tree;
+        "mauve/whatIf": what_if(DrawingParams) -> Value => what_if::what_if;
     }
 
     async fn status(&self) -> Result<Value> {
