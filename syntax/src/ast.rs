@@ -4,37 +4,16 @@
 //! tells whether a node is complete.
 
 use crate::keywords::{ActivityField, Direction};
-use crate::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, significant_tokens};
+use crate::{SyntaxKind, TextRange};
 
 pub use crate::generated::AstNode;
 pub use crate::generated::nodes::*;
 pub(crate) use crate::generated::{child, children, nth_child, token};
 
-impl Literal {
-    /// Returns the token of a literal.
-    pub fn token(&self) -> Option<SyntaxToken> {
-        first_token(self.syntax())
-    }
-}
-
-impl UnaryExpr {
-    /// `!` or `-`.
-    pub fn operator(&self) -> Option<SyntaxToken> {
-        first_token(self.syntax())
-    }
-}
-
-impl BinaryExpr {
-    /// The operator between the two sides.
-    pub fn operator(&self) -> Option<SyntaxToken> {
-        first_token(self.syntax())
-    }
-}
-
 impl Param {
     /// Returns the direction of a parameter; `in` by default.
     pub fn direction(&self) -> Direction {
-        let keyword = first_token(self.syntax());
+        let keyword = self.own_token();
         keyword.and_then(|token| Direction::from_kind(token.kind())).unwrap_or(Direction::In)
     }
 }
@@ -50,20 +29,6 @@ impl Field {
         let list = self.value_list().map(|list| list.syntax().text_range());
         let value = self.expr().map(|value| value.syntax().text_range()).or(list)?;
         Some(token(self.syntax(), SyntaxKind::IDENT).map_or(value, |unit| value.cover(unit.text_range())))
-    }
-}
-
-impl Hook {
-    /// `configure`, `start`, `update`, `stop` or `cleanup`.
-    pub fn keyword(&self) -> Option<SyntaxToken> {
-        first_token(self.syntax())
-    }
-}
-
-impl Method {
-    /// `entry`, `run`, `handle` or `exit`.
-    pub fn keyword(&self) -> Option<SyntaxToken> {
-        first_token(self.syntax())
     }
 }
 
@@ -96,15 +61,4 @@ pub fn unescape(literal: &str) -> String {
         }
     }
     out
-}
-
-impl Type {
-    /// Returns the segments of the name: `geometry_msgs::Pose` has two.
-    pub fn segments(&self) -> impl Iterator<Item = NameRef> {
-        self.name_refs()
-    }
-}
-
-fn first_token(node: &SyntaxNode) -> Option<SyntaxToken> {
-    significant_tokens(node).next()
 }

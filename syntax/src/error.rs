@@ -4,7 +4,6 @@ use rowan::{TextRange, TextSize};
 
 use crate::SyntaxKind;
 use crate::foreign::Foreign;
-use crate::list::List;
 
 /// An error in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,8 +78,8 @@ pub enum Expected {
     Token(SyntaxKind),
     /// A block or an `if`, after `else`.
     BlockOrIf,
-    /// An item of this list.
-    Item(List),
+    /// An item of the list in a node of this kind.
+    Item(SyntaxKind),
     Name,
     PackageName,
     ShellName,

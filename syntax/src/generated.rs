@@ -185,6 +185,11 @@ pub trait AstNode: Sized {
 
     /// The node itself.
     fn syntax(&self) -> &SyntaxNode;
+
+    /// Returns the first token that is in no node below it: a keyword, an operator, or what a literal consists of.
+    fn own_token(&self) -> Option<SyntaxToken> {
+        own_tokens(self.syntax()).find(|token| !token.kind().is_trivia())
+    }
 }
 
 pub(crate) fn child<N: AstNode>(parent: &SyntaxNode) -> Option<N> {
@@ -200,8 +205,9 @@ pub(crate) fn children<N: AstNode>(parent: &SyntaxNode) -> impl Iterator<Item = 
 }
 
 pub(crate) fn token(parent: &SyntaxNode, kind: SyntaxKind) -> Option<SyntaxToken> {
-    parent
-        .children_with_tokens()
-        .filter_map(rowan::NodeOrToken::into_token)
-        .find(|token| token.kind() == kind)
+    own_tokens(parent).find(|token| token.kind() == kind)
+}
+
+fn own_tokens(parent: &SyntaxNode) -> impl Iterator<Item = SyntaxToken> + use<> {
+    parent.children_with_tokens().filter_map(rowan::NodeOrToken::into_token)
 }

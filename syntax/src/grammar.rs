@@ -17,7 +17,7 @@ use crate::error::{Expected, SyntaxErrorKind};
 use crate::foreign::Foreign;
 use crate::keywords::DECLARATIONS;
 use crate::lexer::lex;
-use crate::list::List;
+use crate::list::item_keywords;
 use crate::parser::{CompletedMarker, DEEPEST, Parser};
 use crate::spelling::similar;
 use crate::tree::{self, Parse};
@@ -61,7 +61,7 @@ pub fn parse(text: &str) -> Parse {
 // >>>>>>> feature
 fn source_file(p: &mut Parser<'_>) {
     let m = p.start();
-    p.enter(List::File);
+    p.enter(SOURCE_FILE);
     let (mut declared, mut late) = (false, false);
     while !p.at_end() {
         if p.at(INCLUDE_KW) {
@@ -70,7 +70,7 @@ fn source_file(p: &mut Parser<'_>) {
             late |= declared;
         } else {
             declared |= p.word().is_some_and(|word| DECLARATIONS.contains(&word));
-            item(p, List::File);
+            item(p, SOURCE_FILE);
         }
     }
     p.leave();
@@ -93,11 +93,11 @@ fn declaration(p: &mut Parser<'_>) {
         SHELL_KW => shell::shell(p),
         CORE_KW => core::core(p),
         COMPONENT_KW => component(p),
-        ARCHITECTURE_KW => named_list(p, ARCHITECTURE, List::Architecture),
-        DEPLOYMENT_KW => named_list(p, DEPLOYMENT, List::Deployment),
+        ARCHITECTURE_KW => named_list(p, ARCHITECTURE, ARCHITECTURE),
+        DEPLOYMENT_KW => named_list(p, DEPLOYMENT, DEPLOYMENT),
         SEMICOLON => p.bump(),
         _ if foreign::opt_declaration(p) => {}
-        _ => unknown(p, List::Library),
+        _ => unknown(p, LIBRARY),
     }
 }
 
@@ -129,11 +129,11 @@ fn include(p: &mut Parser<'_>, late: bool) {
 // }
 // library nav { }
 fn library(p: &mut Parser<'_>) {
-    named_list(p, LIBRARY, List::Library);
+    named_list(p, LIBRARY, LIBRARY);
 }
 
 /// `keyword Name { … }`
-fn named_list(p: &mut Parser<'_>, kind: SyntaxKind, items: List) {
+fn named_list(p: &mut Parser<'_>, kind: SyntaxKind, items: SyntaxKind) {
     node(p, kind, |p| {
         name(p);
         list(p, items);
@@ -299,7 +299,7 @@ fn colon_type(p: &mut Parser<'_>) {
 }
 
 /// Takes `{ item … }`. Items may be separated by `;`.
-fn list(p: &mut Parser<'_>, kind: List) {
+fn list(p: &mut Parser<'_>, kind: SyntaxKind) {
     if !p.at(L_CURLY) {
         foreign::opt_before_list(p);
     }
@@ -318,12 +318,12 @@ fn list(p: &mut Parser<'_>, kind: List) {
 }
 
 /// Takes the items of an open list, up to `done` or to the end of the list. Returns whether it was `done`.
-pub(crate) fn items(p: &mut Parser<'_>, kind: List, done: impl Fn(&Parser<'_>) -> bool) -> bool {
+pub(crate) fn items(p: &mut Parser<'_>, kind: SyntaxKind, done: impl Fn(&Parser<'_>) -> bool) -> bool {
     loop {
         if done(p) {
             return true;
         }
-        if p.at_end() || kind != List::File && (p.at(R_CURLY) || p.at_outer_item()) {
+        if p.at_end() || kind != SOURCE_FILE && (p.at(R_CURLY) || p.at_outer_item()) {
             return false;
         }
         if p.at(COMMA) && has_fields(kind) && p.previous() != L_CURLY {
@@ -335,14 +335,14 @@ pub(crate) fn items(p: &mut Parser<'_>, kind: List, done: impl Fn(&Parser<'_>) -
 }
 
 /// Lists whose items newcomers separate by commas.
-fn has_fields(kind: List) -> bool {
-    matches!(kind, List::Activity | List::Deployment | List::Architecture | List::Shell | List::Core)
+fn has_fields(kind: SyntaxKind) -> bool {
+    matches!(kind, ACTIVITY | DEPLOYMENT | ARCHITECTURE | SHELL | CORE)
 }
 
 // test_err commas_between_items
 // deployment D { activity a { period = 10, priority = 3, deadline = 5 } }
 /// Takes items that commas separate, as one mistake.
-fn commas(p: &mut Parser<'_>, kind: List) {
+fn commas(p: &mut Parser<'_>, kind: SyntaxKind) {
     p.foreign(Foreign::Comma);
     while p.at(COMMA) {
         p.drop_tokens(1);
@@ -352,19 +352,19 @@ fn commas(p: &mut Parser<'_>, kind: List) {
     }
 }
 
-fn item(p: &mut Parser<'_>, kind: List) {
+fn item(p: &mut Parser<'_>, kind: SyntaxKind) {
     foreign::opt_item_keyword(p, kind);
     match kind {
-        List::File if p.at(LIBRARY_KW) => library(p),
-        List::File | List::Library => declaration(p),
-        List::Shell => shell::shell_item(p),
-        List::Core => core::core_item(p),
-        List::StateMachine => core::state_machine_item(p),
-        List::State => core::state_item(p),
-        List::Architecture => architecture::architecture_item(p),
-        List::Deployment => deployment::deployment_item(p),
-        List::Activity => deployment::field(p),
-        List::Block => statement::statement(p),
+        SOURCE_FILE if p.at(LIBRARY_KW) => library(p),
+        SOURCE_FILE | LIBRARY => declaration(p),
+        SHELL => shell::shell_item(p),
+        CORE => core::core_item(p),
+        STATE_MACHINE => core::state_machine_item(p),
+        STATE => core::state_item(p),
+        ARCHITECTURE => architecture::architecture_item(p),
+        DEPLOYMENT => deployment::deployment_item(p),
+        ACTIVITY => deployment::field(p),
+        _ => statement::statement(p),
     }
 }
 
@@ -393,13 +393,13 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: Expected, one: impl Fn
 }
 
 /// Takes unexpected text in a list as one error, up to the next item or the next line.
-fn unknown(p: &mut Parser<'_>, list: List) {
-    let words = list.item_keywords().iter().flat_map(|words| words.split(' '));
+fn unknown(p: &mut Parser<'_>, list: SyntaxKind) {
+    let words = item_keywords(list).into_iter().flatten().flat_map(|words| words.split(' '));
     let similar = p.word().and_then(|word| similar(word, words));
     let expected = Expected::Item(list);
     p.skip(SyntaxErrorKind::Expected { expected, found: Some(p.current()), similar }, |p| {
         // Outside all braces, a stray `}` is one mistake with the misplaced items after it.
-        let outside = !p.is_in(List::Library) && list == List::Library;
+        let outside = !p.is_in(LIBRARY) && list == LIBRARY;
         p.at_item()
             || p.at_start_of(list)
             || !outside && (p.at(R_CURLY) || p.at(SEMICOLON) || p.begins_line())

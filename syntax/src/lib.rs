@@ -54,7 +54,7 @@ pub use generated::kinds::SyntaxKind;
 pub use generated::{Mauve, SyntaxElement, SyntaxNode, SyntaxToken};
 pub use grammar::{LONGEST_TEXT, parse};
 pub use lexer::{Lexed, lex};
-pub use list::List;
+pub use list::item_keywords;
 pub use parser::DEEPEST;
 pub use reparse::Tier;
 pub use rowan::{GreenNode, NodeOrToken, TextRange, TextSize, WalkEvent};

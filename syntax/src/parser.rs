@@ -7,7 +7,6 @@ use crate::error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
 use crate::foreign::{self, Foreign};
 use crate::keywords::ActivityField;
 use crate::lexer::{self, Lexed};
-use crate::list::List;
 
 /// The deepest nesting of blocks, parentheses, operators and `else if`. A tree is dropped recursively, and all
 /// traversals recurse: a stack overflow cannot be caught.
@@ -31,7 +30,7 @@ pub(crate) struct Parser<'a> {
     found: usize,
     next_lex_error: usize,
     /// The open lists, the innermost last.
-    lists: Vec<List>,
+    lists: Vec<SyntaxKind>,
     pub(crate) depth: u32,
     /// In a condition, `=` is a comparison.
     pub(crate) in_condition: bool,
@@ -105,7 +104,7 @@ impl<'a> Parser<'a> {
         text: &'a str,
         lexed: &'a Lexed,
         offset: usize,
-        lists: Vec<List>,
+        lists: Vec<SyntaxKind>,
         depth: u32,
     ) -> Parser<'a> {
         let mut parser = Parser::new(text, lexed);
@@ -167,29 +166,29 @@ impl<'a> Parser<'a> {
     /// Returns whether an item of the list begins here, judged by its first tokens.
     ///
     /// `whole` requires more of these tokens: enough to exclude items of lists nested in this one.
-    fn item_of(&self, list: List, whole: bool) -> bool {
+    fn item_of(&self, list: SyntaxKind, whole: bool) -> bool {
         let next = self.nth(1);
         let named = |follows: &[SyntaxKind]| next.is_word() && follows.contains(&self.nth(2));
         match list {
-            List::File => match self.current() {
+            SOURCE_FILE => match self.current() {
                 INCLUDE_KW => matches!(next, STRING | UNTERMINATED_STRING),
                 LIBRARY_KW => named(&[L_CURLY]),
-                _ => self.item_of(List::Library, whole),
+                _ => self.item_of(LIBRARY, whole),
             },
-            List::Library => match self.current() {
+            LIBRARY => match self.current() {
                 USE_KW => next.is_word() && !self.nth_begins_line(1),
                 CODEL_KW | CORE_KW | COMPONENT_KW => named(&[L_PAREN]),
                 SHELL_KW => named(&[L_CURLY, EXTENDS_KW]),
                 ARCHITECTURE_KW | DEPLOYMENT_KW => named(&[L_CURLY]),
                 _ => false,
             },
-            List::Shell => match self.current() {
+            SHELL => match self.current() {
                 CONSTANT_KW | PROPERTY_KW => named(&[COLON]),
                 INPUT_KW | OUTPUT_KW => next == PORT_KW,
                 REQUIRE_KW | PROVIDE_KW => named(&[L_PAREN]),
                 _ => false,
             },
-            List::Core => match self.current() {
+            CORE => match self.current() {
                 VAR_KW | HANDLER_KW => named(&[COLON]),
                 PROVIDE_KW => named(&[L_PAREN]),
                 CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => {
@@ -198,31 +197,31 @@ impl<'a> Parser<'a> {
                 STATEMACHINE_KW => next == L_CURLY,
                 _ => false,
             },
-            List::StateMachine => match self.current() {
+            STATE_MACHINE => match self.current() {
                 VAR_KW => named(&[COLON]),
                 STATE_KW => named(&[L_CURLY]),
                 INITIAL_KW => next == STATE_KW,
                 _ => false,
             },
-            List::State => match self.current() {
+            STATE => match self.current() {
                 ENTRY_KW | RUN_KW | HANDLE_KW | EXIT_KW => next == EQ && (!whole || self.nth(2) == L_CURLY),
                 TRANSITION_KW => named(&[IF_KW, TO_KW]),
                 _ => false,
             },
-            List::Architecture => match self.current() {
+            ARCHITECTURE => match self.current() {
                 IMPORT_KW => next.is_word() && !self.nth_begins_line(1),
                 INSTANCE_KW => named(&[COLON]),
                 CONNECTION_KW | OPERATION_KW | PROPERTY_KW | CONSTANT_KW => named(&[DOT]),
                 _ => false,
             },
-            List::Deployment => match self.current() {
+            DEPLOYMENT => match self.current() {
                 ARCHITECTURE_KW => next.is_word() && !self.nth_begins_line(1) && self.nth(2) != L_CURLY,
                 ACTIVITY_KW => named(&[L_CURLY]),
                 PROPERTY_KW | CONSTANT_KW => named(&[DOT]),
                 _ => false,
             },
-            List::Activity => ActivityField::from_kind(self.current()).is_some() && next == EQ,
-            List::Block => match self.current() {
+            ACTIVITY => ActivityField::from_kind(self.current()).is_some() && next == EQ,
+            _ => match self.current() {
                 VAR_KW => named(&[COLON]),
                 RETURN_KW => next.is_word() || matches!(next, SEMICOLON | INT_NUMBER | FLOAT_NUMBER | STRING),
                 IF_KW => next.is_word() || matches!(next, L_PAREN | BANG | MINUS),
@@ -259,12 +258,12 @@ impl<'a> Parser<'a> {
     }
 
     /// Returns whether an item of `list` begins here, at any position in the line.
-    pub(crate) fn at_start_of(&self, list: List) -> bool {
+    pub(crate) fn at_start_of(&self, list: SyntaxKind) -> bool {
         self.item_of(list, false)
     }
 
     /// Opens a list; [`Parser::leave`] closes it.
-    pub(crate) fn enter(&mut self, list: List) {
+    pub(crate) fn enter(&mut self, list: SyntaxKind) {
         self.lists.push(list);
     }
 
@@ -272,7 +271,7 @@ impl<'a> Parser<'a> {
         self.lists.pop();
     }
 
-    pub(crate) fn is_in(&self, list: List) -> bool {
+    pub(crate) fn is_in(&self, list: SyntaxKind) -> bool {
         self.lists.contains(&list)
     }
 
@@ -613,7 +612,7 @@ impl<'a> Parser<'a> {
                 return;
             }
             // Incomplete text: a declaration that begins a line is not skipped.
-            if self.begins_line() && (self.item_of(List::File, true) || !has_braces && self.at_item()) {
+            if self.begins_line() && (self.item_of(SOURCE_FILE, true) || !has_braces && self.at_item()) {
                 return;
             }
         }

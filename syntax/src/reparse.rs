@@ -20,7 +20,7 @@ use crate::conflict::regions;
 use crate::error::{SyntaxError, SyntaxErrorKind};
 use crate::grammar::{self, LONGEST_TEXT, parse};
 use crate::lexer::{Lexed, lex_from};
-use crate::list::List;
+use crate::list::item_keywords;
 use crate::parser::{self, Parser, comment_error};
 use crate::tree::{self, Parse};
 use crate::{Mauve, SyntaxNode, SyntaxToken};
@@ -279,7 +279,7 @@ impl Before<'_> {
     }
 
     fn items_of(&self, list: &SyntaxNode) -> Option<Parse> {
-        let kind = List::of(list.kind())?;
+        item_keywords(list.kind())?;
         let from = self.last_before(list)?;
         let until = self.first_behind(list, from.offset)?;
         let new_offset = |until: &ItemBoundary| self.edit.shifted(until.offset);
@@ -290,7 +290,8 @@ impl Before<'_> {
             behind += usize::from(start >= last && !kind.is_trivia());
             behind > AHEAD
         });
-        let mut lists: Vec<List> = list.ancestors().filter_map(|node| List::of(node.kind())).collect();
+        let kinds = list.ancestors().map(|node| node.kind());
+        let mut lists: Vec<_> = kinds.filter(|kind| item_keywords(*kind).is_some()).collect();
         lists.reverse();
         let mut parser = Parser::resume(self.new, &lexed, from.offset, lists, depth(list));
         let root = parser.start();
@@ -301,7 +302,7 @@ impl Before<'_> {
             };
             until.iter().find(is_here)
         };
-        if !grammar::items(&mut parser, kind, |parser| arrived(parser).is_some()) {
+        if !grammar::items(&mut parser, list.kind(), |parser| arrived(parser).is_some()) {
             return None;
         }
         let until = arrived(&parser)?;
@@ -316,7 +317,9 @@ impl Before<'_> {
         let replaced = green.children().take(until.index).skip(from.index);
         // The allowed positions of an `include` depend on all preceding items.
         let is_include = |kind| kind == Mauve::kind_to_raw(INCLUDE);
-        if kind == List::File && replaced.chain(part.green.children()).any(|child| is_include(child.kind())) {
+        if list.kind() == SOURCE_FILE
+            && replaced.chain(part.green.children()).any(|child| is_include(child.kind()))
+        {
             return None;
         }
         let children = green.children().take(from.index);

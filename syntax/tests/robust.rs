@@ -1,7 +1,7 @@
 //! Any text: it round-trips, nothing panics, and a half-typed item costs itself and nothing else.
 
-use mauve_syntax::SyntaxKind::{COMMA, IDENT, R_CURLY, SEMICOLON};
-use mauve_syntax::{Expected, List, SyntaxError, SyntaxErrorKind, SyntaxKind, SyntaxNode, TokenError, parse};
+use mauve_syntax::SyntaxKind::{COMMA, IDENT, LIBRARY, R_CURLY, SEMICOLON};
+use mauve_syntax::{Expected, SyntaxError, SyntaxErrorKind, SyntaxKind, SyntaxNode, TokenError, parse};
 use proptest::prelude::*;
 
 fn round_trips(text: &str) {
@@ -287,7 +287,7 @@ fn one_mistake_is_one_error() {
         assert_eq!(kinds, [kind], "{text}\n{}", parse.debug_dump());
     };
     let expected = |expected, found| SyntaxErrorKind::Expected { expected, found, similar: None };
-    let declaration = Expected::Item(List::Library);
+    let declaration = Expected::Item(LIBRARY);
     one("core C(S) { update = { f(a b, c); } }", expected(Expected::Token(COMMA), Some(IDENT)));
     one("core C(S) { update = { f(\"a); } }", SyntaxErrorKind::Token(TokenError::UnterminatedString));
     one("core C(S) { update = { f(); } /* }", SyntaxErrorKind::Token(TokenError::UnterminatedComment));

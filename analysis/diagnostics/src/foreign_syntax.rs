@@ -257,7 +257,7 @@ fn around(token: &SyntaxToken, range: TextRange, written: &str) -> TextRange {
 /// `nav_msgs/msg/Path` → `nav_msgs::Path`
 fn message_type(token: &SyntaxToken) -> Option<Rewrite> {
     let ty = token.parent_ancestors().find_map(mauve_syntax::ast::Type::cast)?;
-    let segments: Vec<String> = ty.segments().map(|it| it.syntax().text().to_string()).collect();
+    let segments: Vec<String> = ty.name_refs().map(|it| it.syntax().text().to_string()).collect();
     let written = match segments.as_slice() {
         [package, folder, name] if folder == "msg" => format!("{package}::{name}"),
         segments => segments.join("::"),

@@ -28,8 +28,8 @@
 //! conflict is resolved: its figures would be those of one of the two texts.
 
 use mauve_syntax::{
-    DEEPEST, Expected, LONGEST_TEXT, List, NodeOrToken, Parse, SyntaxError, SyntaxErrorKind, SyntaxKind, SyntaxNode,
-    SyntaxToken, TextRange, TextSize, TokenError, conflicts, next_significant, previous_significant, previous_token, token_at,
+    DEEPEST, Expected, LONGEST_TEXT, NodeOrToken, Parse, SyntaxError, SyntaxErrorKind, SyntaxKind, SyntaxNode,
+    SyntaxToken, TextRange, TextSize, TokenError, conflicts, item_keywords, next_significant, previous_significant, previous_token, token_at,
 };
 
 use super::*;
@@ -304,12 +304,12 @@ fn token_error(error: TokenError) -> &'static str {
 fn what(expected: Expected) -> String {
     let what = match expected {
         Expected::Token(kind) => return token_kind(kind),
-        Expected::Item(List::Block) => "a statement",
+        Expected::Item(SyntaxKind::BLOCK) => "a statement",
         Expected::Item(list) => {
-            let keywords: Vec<_> = list.item_keywords().iter().map(|it| format!("`{it}`")).collect();
+            let keywords: Vec<_> = item_keywords(list).into_iter().flatten().map(|it| format!("`{it}`")).collect();
             let keywords = alternatives(&keywords);
             return match list {
-                List::File | List::Library => format!("a declaration ({keywords})"),
+                SyntaxKind::SOURCE_FILE | SyntaxKind::LIBRARY => format!("a declaration ({keywords})"),
                 _ => keywords,
             };
         }

@@ -395,7 +395,7 @@ impl Lowering<'_> {
     }
 
     fn type_ref(&mut self, ty: &ast::Type) -> TypeRef {
-        let mut path: Vec<Name> = ty.segments().map(|segment| text_of(segment.syntax())).collect();
+        let mut path: Vec<Name> = ty.name_refs().map(|segment| text_of(segment.syntax())).collect();
         // The segment after the last dot is missing: the path without it would resolve to something else.
         if has_error_child(ty.syntax()) {
             path.push(Name::default());
@@ -506,7 +506,7 @@ impl Lowering<'_> {
                     lowered.operations.push(Arc::new(operation));
                 }
                 ast::CoreItem::Hook(it) => {
-                    let Some(keyword) = it.keyword() else { continue };
+                    let Some(keyword) = it.own_token() else { continue };
                     let Some(kind) = HookKind::from_keyword(keyword.text()) else { continue };
                     let id = self.id(keyword.text_range());
                     let program = self.program(it.block(), it.syntax());
@@ -593,7 +593,7 @@ impl Lowering<'_> {
         for item in state.state_items() {
             match item {
                 ast::StateItem::Method(it) => {
-                    let Some(keyword) = it.keyword() else { continue };
+                    let Some(keyword) = it.own_token() else { continue };
                     let Some(kind) = MethodKind::from_keyword(keyword.text()) else { continue };
                     let id = self.id(keyword.text_range());
                     methods.push(StateMethod { kind, id, program: self.program(it.block(), it.syntax()) });
@@ -706,7 +706,7 @@ impl Lowering<'_> {
             }
             ast::Expr::ParenExpr(it) => self.expr(it.expr()),
             ast::Expr::UnaryExpr(it) => {
-                let operator = match it.operator().map(|token| token.kind()) {
+                let operator = match it.own_token().map(|token| token.kind()) {
                     Some(SyntaxKind::BANG) => UnaryOperator::Not,
                     _ => UnaryOperator::Minus,
                 };
@@ -716,7 +716,7 @@ impl Lowering<'_> {
             ast::Expr::BinaryExpr(it) => {
                 let lhs = Box::new(self.expr(it.lhs()));
                 let rhs = Box::new(self.expr(it.rhs()));
-                match it.operator().and_then(|token| BinaryOperator::from_kind(token.kind())) {
+                match it.own_token().and_then(|token| BinaryOperator::from_kind(token.kind())) {
                     Some(operator) => Expr::Binary(operator, lhs, rhs, self.id(it.syntax().text_range())),
                     None => Expr::Missing,
                 }
@@ -725,7 +725,7 @@ impl Lowering<'_> {
     }
 
     fn literal(&mut self, literal: &ast::Literal) -> Expr {
-        let Some(token) = literal.token() else { return Expr::Missing };
+        let Some(token) = literal.own_token() else { return Expr::Missing };
         let value = match token.kind() {
             SyntaxKind::INT_NUMBER => Literal::Int(token.text().into()),
             SyntaxKind::FLOAT_NUMBER => Literal::Float(token.text().into()),

@@ -124,7 +124,7 @@ impl<'db> Semantics<'db> {
             let id = operation.name().and_then(|name| self.id(name.syntax().text_range()));
             return Some(id.and_then(|id| self.result_of(id)).unwrap_or(Type::Void));
         }
-        let hook = ast::Hook::cast(node).and_then(|hook| HookKind::from_keyword(hook.keyword()?.text()));
+        let hook = ast::Hook::cast(node).and_then(|hook| HookKind::from_keyword(hook.own_token()?.text()));
         let gives_bool = matches!(hook, Some(HookKind::Configure | HookKind::Start));
         Some(if gives_bool { Type::Bool } else { Type::Void })
     }
@@ -261,7 +261,7 @@ impl<'db> VisibleScope<'db> {
 
     /// Returns the type that `ty`, written here, refers to.
     pub fn type_of_written(&self, ty: &ast::Type) -> Option<Type> {
-        let path = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
+        let path = ty.name_refs().map(|it| it.syntax().text().to_string().into()).collect();
         Some(type_of(self.db, self.project, self.decl?, Some(&TypeRef { path, id: SourceId(0) })))
     }
 

@@ -112,7 +112,7 @@ fn symbol(db: &dyn ModelDb, node: &SyntaxNode) -> Option<Symbol> {
         _ => return None,
     };
     let name = match kind {
-        Kind::Hook => ast::Hook::cast(node.clone())?.keyword().map(NodeOrToken::Token),
+        Kind::Hook => ast::Hook::cast(node.clone())?.own_token().map(NodeOrToken::Token),
         // The name of an activity is that of an instance.
         Kind::Activity => node.children_with_tokens().find(|it| it.kind() == NAME_REF),
         _ => node.children_with_tokens().find(|it| it.kind() == NAME),

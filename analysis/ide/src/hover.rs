@@ -157,7 +157,7 @@ fn of_message(cx: &HoverContext<'_, '_>) -> Option<Hover> {
     }
     let library = token.parent_ancestors().find_map(ast::Library::cast).and_then(|it| it.name());
     let library = library.map(|name| Name::from(name.syntax().text().to_string()));
-    let path: Vec<Name> = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
+    let path: Vec<Name> = ty.name_refs().map(|it| it.syntax().text().to_string().into()).collect();
     let (package, message) = message_of(cx.db, cx.project, library.as_ref(), &path)?;
     Some(Hover { range: ty.syntax().text_range(), markdown: fields(package, path.last()?, message) })
 }

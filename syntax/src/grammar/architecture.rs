@@ -21,7 +21,7 @@ pub(super) fn architecture_item(p: &mut Parser<'_>) {
         OPERATION_KW => node(p, OPERATION_CONNECTION, operation_rest),
         PROPERTY_KW | CONSTANT_KW => setting(p),
         _ if foreign::opt_architecture_item(p) => {}
-        _ => unknown(p, List::Architecture),
+        _ => unknown(p, ARCHITECTURE),
     }
 }
 

@@ -23,7 +23,7 @@ pub(super) fn core(p: &mut Parser<'_>) {
             p.expect(R_PAREN);
             p.eat(COLON);
         }
-        list(p, List::Core);
+        list(p, CORE);
     });
 }
 
@@ -33,9 +33,9 @@ pub(super) fn core_item(p: &mut Parser<'_>) {
         HANDLER_KW => node(p, HANDLER, declared_type),
         PROVIDE_KW => operation_definition(p),
         CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => program(p, HOOK),
-        STATEMACHINE_KW => node(p, STATE_MACHINE, |p| list(p, List::StateMachine)),
+        STATEMACHINE_KW => node(p, STATE_MACHINE, |p| list(p, STATE_MACHINE)),
         _ if foreign::opt_state_machine(p) || foreign::opt_core_item(p) => {}
-        _ => unknown(p, List::Core),
+        _ => unknown(p, CORE),
     }
 }
 
@@ -93,7 +93,7 @@ pub(super) fn state_machine_item(p: &mut Parser<'_>) {
         VAR_KW => variable(p),
         INITIAL_KW | STATE_KW => state(p),
         _ if foreign::opt_core_item(p) => {}
-        _ => unknown(p, List::StateMachine),
+        _ => unknown(p, STATE_MACHINE),
     }
 }
 
@@ -108,7 +108,7 @@ fn state(p: &mut Parser<'_>) {
             p.bump();
         }
         name(p);
-        list(p, List::State);
+        list(p, STATE);
     }
     m.complete(p, STATE);
 }
@@ -117,7 +117,7 @@ pub(super) fn state_item(p: &mut Parser<'_>) {
     match p.current() {
         ENTRY_KW | RUN_KW | HANDLE_KW | EXIT_KW => program(p, METHOD),
         TRANSITION_KW => transition(p),
-        _ => unknown(p, List::State),
+        _ => unknown(p, STATE),
     }
 }
 

@@ -23,14 +23,14 @@ pub(super) fn deployment_item(p: &mut Parser<'_>) {
         ACTIVITY_KW => node(p, ACTIVITY, activity_rest),
         PROPERTY_KW | CONSTANT_KW => architecture::setting(p),
         _ if foreign::opt_deployment_item(p) => {}
-        _ => unknown(p, List::Deployment),
+        _ => unknown(p, DEPLOYMENT),
     }
 }
 
 pub(super) fn activity_rest(p: &mut Parser<'_>) {
     name_ref(p, Expected::InstanceName);
     if !foreign::opt_activity_body(p) {
-        list(p, List::Activity);
+        list(p, ACTIVITY);
     }
 }
 
@@ -65,7 +65,7 @@ pub(super) fn activity_rest(p: &mut Parser<'_>) {
 // }
 pub(super) fn field(p: &mut Parser<'_>) {
     if !p.current().is_word() {
-        unknown(p, List::Activity);
+        unknown(p, ACTIVITY);
         return;
     }
     let m = p.start();

@@ -177,7 +177,7 @@ fn opt_access(p: &mut Parser<'_>) {
     if p.begins_line() {
         return;
     }
-    let in_program = p.is_in(List::Block) || p.is_in(List::State);
+    let in_program = p.is_in(BLOCK) || p.is_in(STATE);
     match p.current() {
         DOT if in_program => p.skip(SyntaxErrorKind::MessageField, |p| {
             let is_method = p.at(L_PAREN) && p.previous().is_word() && !p.begins_line();

@@ -499,21 +499,21 @@ pub(super) fn opt_connection_operation(p: &mut Parser<'_>) -> bool {
 // }
 // Shell S { Input port a: int }
 /// Takes the first word of an item as the keyword that it stands for: `State`, `namespace`.
-pub(super) fn opt_item_keyword(p: &mut Parser<'_>, list: List) {
+pub(super) fn opt_item_keyword(p: &mut Parser<'_>, list: SyntaxKind) {
     let next = p.nth(1);
     let is_item = next.is_word() && !p.nth_begins_line(1)
-        || list == List::Core && matches!(next, EQ | L_CURLY | L_PAREN)
-        || list == List::State && next == EQ;
-    if !p.at(IDENT) || !is_item || matches!(list, List::Block | List::Activity) {
+        || list == CORE && matches!(next, EQ | L_CURLY | L_PAREN)
+        || list == STATE && next == EQ;
+    if !p.at(IDENT) || !is_item || matches!(list, BLOCK | ACTIVITY) {
         return;
     }
     let begins_item = |kind: SyntaxKind| {
-        let words = list.item_keywords().iter().filter_map(|words| words.split(' ').next());
+        let words = item_keywords(list).into_iter().flatten().filter_map(|words| words.split(' ').next());
         kind.text().is_some_and(|text| words.into_iter().any(|word| word == text))
     };
     let fits = |kind: &SyntaxKind| match kind {
-        LIBRARY_KW => list == List::File && p.nth(2) == L_CURLY,
-        CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => list == List::Core && next != L_CURLY,
+        LIBRARY_KW => list == SOURCE_FILE && p.nth(2) == L_CURLY,
+        CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => list == CORE && next != L_CURLY,
         _ => false,
     };
     let other = p.nth_foreign(0, keyword).filter(fits);
@@ -592,7 +592,7 @@ pub(super) fn opt_instance_values(p: &mut Parser<'_>) {
 pub(super) fn opt_state_machine(p: &mut Parser<'_>) -> bool {
     let is_machine = p.at(STATE_KW) && p.nth_is_foreign(1, ForeignWord::Machine) && p.nth(2) == L_CURLY;
     if is_machine {
-        item_as(p, (2, STATEMACHINE_KW), STATE_MACHINE, |p| list(p, List::StateMachine));
+        item_as(p, (2, STATEMACHINE_KW), STATE_MACHINE, |p| list(p, STATE_MACHINE));
     }
     is_machine
 }

@@ -24,7 +24,7 @@ pub(super) fn shell(p: &mut Parser<'_>) {
             }
             m.complete(p, EXTENDS);
         }
-        list(p, List::Shell);
+        list(p, SHELL);
     });
 }
 
@@ -39,7 +39,7 @@ pub(super) fn shell_item(p: &mut Parser<'_>) {
         }
         REQUIRE_KW | PROVIDE_KW => signature(p, OPERATION_DECLARATION),
         _ if foreign::opt_shell_item(p) => {}
-        _ => unknown(p, List::Shell),
+        _ => unknown(p, SHELL),
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) fn block(p: &mut Parser<'_>) {
         return;
     }
     p.depth += 1;
-    list(p, List::Block);
+    list(p, BLOCK);
     p.depth -= 1;
     m.complete(p, BLOCK);
 }
@@ -52,7 +52,7 @@ pub(super) fn statement(p: &mut Parser<'_>) {
                 m.complete(p, EXPR_STATEMENT);
             }
         }
-        _ => unknown(p, List::Block),
+        _ => unknown(p, BLOCK),
     }
 }
 
@@ -186,7 +186,7 @@ fn unbraced(p: &mut Parser<'_>, needs_braces: bool) {
     }
     let m = p.start();
     p.depth += 1;
-    p.enter(List::Block);
+    p.enter(BLOCK);
     if foreign::at_brace(p) {
         p.drop_tokens(1);
     }

@@ -60,13 +60,13 @@ impl<'db> CorePrograms<'db> {
             SyntaxKind::INITIALIZER => {
                 Some(ast::Var::cast(parent.parent()?)?.ty()?.syntax().text().to_string())
             }
-            SyntaxKind::UNARY_EXPR => match ast::UnaryExpr::cast(parent.clone())?.operator()?.text() {
+            SyntaxKind::UNARY_EXPR => match ast::UnaryExpr::cast(parent.clone())?.own_token()?.text() {
                 "!" => Some("bool".to_owned()),
                 _ => self.expected_type(&parent),
             },
             SyntaxKind::BINARY_EXPR => {
                 let binary = ast::BinaryExpr::cast(parent)?;
-                match binary.operator()?.text() {
+                match binary.own_token()?.text() {
                     "&&" | "||" => Some("bool".to_owned()),
                     _ => self.written_type(&other(&binary)?),
                 }

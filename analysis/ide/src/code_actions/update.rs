@@ -118,7 +118,7 @@ impl Conversion<'_, '_> {
             }
         }
         edits.push(Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
-        let kind = MethodKind::from_keyword(method.keyword()?.text())?;
+        let kind = MethodKind::from_keyword(method.own_token()?.text())?;
         let from = ProgramId::Method { state: state.name()?.syntax().text().to_string().into(), kind };
         let core = declaration_at(db, file, core.syntax().text_range())?;
         let keys = self.renamed_keys(core, &from, &ProgramId::UPDATE);

@@ -55,7 +55,7 @@ pub(crate) fn definition_of_type<'db>(
     file: File,
     ty: &ast::Type,
 ) -> Option<Definition<'db>> {
-    let last = ty.segments().last()?.syntax().text_range();
+    let last = ty.name_refs().last()?.syntax().text_range();
     let names = names_at(db, project, file, last.start()).into_iter();
     names.filter(|name| name.range == last).map(|name| name.definition).next()
 }
