@@ -116,18 +116,22 @@ pub(crate) struct Claim {
     pub(crate) closes: Option<u64>,
 }
 
-/// Data takes no longer than `latency` through these steps.
-#[derive(Deserialize)]
+/// Data takes no longer than `latency` through these steps, while the instances are in `states`, and if `answers` do: that it is so is
+/// taken from the file.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct CertifiedChain {
-    pub(crate) name: String,
-    pub(crate) latency: u64,
-    pub(crate) limit: Option<u64>,
+pub struct CertifiedChain {
+    /// Its name in `mauve.toml`.
+    pub name: String,
+    /// In nanoseconds, as the limit.
+    pub latency: u64,
+    /// Its limit, if it has one.
+    pub limit: Option<u64>,
     /// Task, and N, the releases from the arrival of data to the write.
     pub(crate) steps: Vec<(usize, u64)>,
     /// The states in which N holds, as `instance.State`; any, if there is none of an instance.
     #[serde(rename = "while")]
-    pub(crate) states: Vec<String>,
+    pub states: Vec<String>,
     /// What has to answer, so that N holds.
-    pub(crate) answers: Vec<String>,
+    pub answers: Vec<String>,
 }

@@ -30,6 +30,7 @@ mod windows;
 
 use std::collections::BTreeSet;
 
+pub use certificate::CertifiedChain;
 use certificate::{Certificate, CertifiedSystem, Claim, VERSION};
 use demand::{Checks, WorkLeft};
 use tasks::CheckedTasks;
@@ -44,22 +45,9 @@ pub struct Summary {
     /// The activities whose deadlines are met.
     pub met: Vec<String>,
     /// The chains whose latencies are proved, and are within their limits.
-    pub chains: Vec<ProvedChain>,
+    pub chains: Vec<CertifiedChain>,
     /// The other real-time activities and chains: that they meet what is asked of them is not proved here, each with the reason.
     pub not_certified: Vec<(String, String)>,
-}
-
-/// A chain whose latency is proved: while the instances are in these states, and if these codels and ports answer. That it is so is
-/// taken from the file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names of `mauve.toml`")]
-pub struct ProvedChain {
-    pub name: String,
-    /// In nanoseconds, as the limit.
-    pub latency: u64,
-    pub limit: Option<u64>,
-    pub states: Vec<String>,
-    pub answers: Vec<String>,
 }
 
 /// Why a certificate is not accepted.
@@ -105,13 +93,7 @@ fn check(system: &CertifiedSystem, work: &WorkLeft) -> Result<Summary, RefusedCl
     for chain in &system.chains {
         let of = format!("`{}` of ", chain.name);
         chains::check_chain(&tasks, chain).map_err(|why| refuse(&of, why))?;
-        found.chains.push(ProvedChain {
-            name: chain.name.clone(),
-            latency: chain.latency,
-            limit: chain.limit,
-            states: chain.states.clone(),
-            answers: chain.answers.clone(),
-        });
+        found.chains.push(chain.clone());
     }
     let listed: BTreeSet<&str> = system.not_certified.iter().map(|it| it.0.as_str()).collect();
     for (index, task) in system.tasks.iter().enumerate().filter(|it| it.1.is_activity && it.1.is_real_time) {

@@ -8,7 +8,7 @@ use mauve_projects::disk::{LONGEST, read, text_in};
 use mauve_projects::harmless::harmless_line;
 use mauve_projects::output::Output;
 use mauve_timing::Time;
-use mauve_verify::{ProvedChain, RefusedClaim, Summary, verify};
+use mauve_verify::{CertifiedChain, RefusedClaim, Summary, verify};
 use mauve_wcrt::chains::ChainReport;
 use mauve_wcrt::{certificate_of, certificate_of_file};
 use serde_json::{Map, Value};
@@ -92,7 +92,7 @@ fn line(text: &str) -> String {
 fn said(of: &Summary) -> String {
     let proved = counted(of.met.len(), "deadline");
     let mut text = line(&format!("  {} at {}: {proved} proved", of.deployment, of.significance));
-    let is_plain = |it: &&ProvedChain| it.limit.is_none() && it.states.is_empty() && it.answers.is_empty();
+    let is_plain = |it: &&CertifiedChain| it.limit.is_none() && it.states.is_empty() && it.answers.is_empty();
     let (plain, others): (Vec<_>, Vec<_>) = of.chains.iter().partition(is_plain);
     text.extend(others.iter().map(|it| line(&format!("    `{}`: {}", it.name, latency(it)))));
     if !others.is_empty() {
@@ -108,7 +108,7 @@ fn said(of: &Summary) -> String {
 }
 
 /// Returns the proved latency of a chain with its conditions: `55 ms within 60 ms, while the states are pilot.Steering`.
-fn latency(of: &ProvedChain) -> String {
+fn latency(of: &CertifiedChain) -> String {
     let time = |time: u64| Time::from_nanos(time).to_string();
     let limit = of.limit.map_or_else(String::new, |it| format!(" within {}", time(it)));
     let [states, answers] =
