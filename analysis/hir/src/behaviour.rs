@@ -283,9 +283,8 @@ impl<'db> BehaviourContext<'db> {
         match (core.machines.as_slice(), core.hook(HookKind::Update)) {
             ([_], None) => self.machine(),
             ([], Some(update)) => {
-                let cost = self.cost(update, ProgramIn::Whole);
                 self.found.states.push(UPDATE_STATE.into());
-                let then = vec![self.add_program(ProgramId::UPDATE, cost, (update, ProgramIn::Whole))];
+                let then = vec![self.add_program(ProgramId::UPDATE, (update, ProgramIn::Whole))];
                 let edge = PeriodEdge { source: 0, target: 0, transition: None, first: 0, then };
                 self.found.edges = Arc::new(Edges { all: vec![edge], first: vec![Vec::new()] });
             }
@@ -322,10 +321,10 @@ impl<'db> BehaviourContext<'db> {
         }
     }
 
-    /// Returns the worst-case cost of a program, and the value of a constant guard. Refuses the core for the program's errors.
-    fn cost_and_value(&mut self, body: BodyId, program: ProgramIn) -> (Arc<CostGraph<'db>>, Option<bool>) {
-        let Some(found) = self.groups.cost(body, program) else { return (Arc::default(), None) };
-        let (cost, constant) = (found.cost.clone(), found.constant);
+    /// Returns the worst-case cost of a program. Refuses the core for the program's errors.
+    fn cost(&mut self, (body, program): Place) -> Arc<CostGraph<'db>> {
+        let Some(found) = self.groups.cost(body, program) else { return Arc::default() };
+        let cost = found.cost.clone();
         if found.completeness.is_incomplete() {
             self.refuse_once(match program {
                 ProgramIn::Guard(_) => CoreReason::SyntaxError(CorePart::Guard),
@@ -333,11 +332,7 @@ impl<'db> BehaviourContext<'db> {
             });
         }
         self.name_problems(body, program);
-        (cost, constant)
-    }
-
-    fn cost(&mut self, body: BodyId, program: ProgramIn) -> Arc<CostGraph<'db>> {
-        self.cost_and_value(body, program).0
+        cost
     }
 
     fn duplicates_of_core(&mut self) {
@@ -360,7 +355,7 @@ impl<'db> BehaviourContext<'db> {
     fn hooks(&mut self) {
         for (index, (kind, _)) in self.core.hooks.iter().enumerate() {
             if *kind != HookKind::Update {
-                self.cost(BodyId::Hook(index as u32), ProgramIn::Whole);
+                self.cost((BodyId::Hook(index as u32), ProgramIn::Whole));
             }
         }
     }
@@ -369,7 +364,7 @@ impl<'db> BehaviourContext<'db> {
         for (index, operation) in self.core.operations.iter().enumerate() {
             // An incomplete operation refuses the core: the operation executes in the core's own thread.
             let place = (BodyId::Operation(index as u32), ProgramIn::Whole);
-            let cost = self.cost(place.0, place.1);
+            let cost = self.cost(place);
             let id = ProgramId::Operation(operation.name.clone());
             self.found.operations.push(TimedProgram { id, cost, place });
         }
@@ -498,19 +493,16 @@ impl<'db> BehaviourContext<'db> {
             }
             let mut constant = None;
             if transition.has_guard {
-                let (cost, value) = self.cost_and_value(body, ProgramIn::Guard(number));
-                constant = value;
                 let (state, transition) = (state.name.name.clone(), name.clone());
                 let id = ProgramId::Guard { state, transition };
-                before.push(self.add_program(id, cost, (body, ProgramIn::Guard(number))));
+                before.push(self.add_program(id, (body, ProgramIn::Guard(number))));
+                constant = self.groups.cost(body, ProgramIn::Guard(number)).and_then(|it| it.constant);
             }
-            let mut effect = None;
-            if transition.has_effect {
-                let cost = self.cost(body, ProgramIn::Effect(number));
+            let effect = transition.has_effect.then(|| {
                 let (state, transition) = (state.name.name.clone(), name.clone());
                 let id = ProgramId::Effect { state, transition };
-                effect = Some(self.add_program(id, cost, (body, ProgramIn::Effect(number))));
-            }
+                self.add_program(id, (body, ProgramIn::Effect(number)))
+            });
             let target = self.target(machine, transition);
             // Transitions after one that always fires are checked, but have no edge.
             if let Some(always) = fires_always {
@@ -578,7 +570,8 @@ impl<'db> BehaviourContext<'db> {
         );
     }
 
-    fn add_program(&mut self, id: ProgramId, cost: Arc<CostGraph<'db>>, place: Place) -> usize {
+    fn add_program(&mut self, id: ProgramId, place: Place) -> usize {
+        let cost = self.cost(place);
         self.found.programs.push(TimedProgram { id, cost, place });
         self.found.programs.len() - 1
     }
@@ -590,10 +583,8 @@ impl<'db> BehaviourContext<'db> {
         if let Some(&program) = self.methods.get(&(index, kind)) {
             return Some(program);
         }
-        let place = (BodyId::State(0, index as u32), place);
-        let cost = self.cost(place.0, place.1);
         let id = ProgramId::Method { state: state.name.name.clone(), kind };
-        let program = self.add_program(id, cost, place);
+        let program = self.add_program(id, (BodyId::State(0, index as u32), place));
         self.methods.insert((index, kind), program);
         Some(program)
     }
