@@ -298,19 +298,14 @@ impl Figures {
     fn rename(&mut self, renamed: &FxHashMap<&str, &str>) {
         let topic = format!("[access] {PREFIX_OF_TOPICS}");
         for (name, value) in &mut self.assumptions {
-            let new = |rest: &str| {
-                let (old, end) = renamed
-                    .keys()
-                    .find_map(|old| Some((*old, rest.strip_prefix(old)?.strip_prefix('.')?)))?;
-                Some(format!("{topic}{}.{end}", renamed.get(old)?))
-            };
-            if let Some(new) = name.strip_prefix(&topic).and_then(new) {
-                *name = new;
+            if let Some((instance, port)) = name.strip_prefix(&topic).and_then(|it| it.split_once('.'))
+                && let Some(new) = renamed.get(instance)
+            {
+                *name = format!("{topic}{new}.{port}");
             }
             if name.starts_with("[locks.") {
-                let word =
-                    |word: &str| renamed.get(word).map_or_else(|| word.to_owned(), |new| (*new).to_owned());
-                *value = value.split(' ').map(word).collect::<Vec<_>>().join(" ");
+                let new = |word| *renamed.get(word).unwrap_or(&word);
+                *value = value.split(' ').map(new).collect::<Vec<_>>().join(" ");
             }
         }
     }
