@@ -85,7 +85,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                         relaxes: change.relaxes(),
                         is_partial: !effect.is_complete(),
                         has_warnings: !outcome.new_warnings.is_empty(),
-                        kind: kind_of(change),
+                        place: place_of(change),
                         values: fields.len(),
                         response: effect.subject.map(|it| response(it.then)),
                     };
@@ -120,7 +120,7 @@ struct Rank {
     relaxes: bool,
     is_partial: bool,
     has_warnings: bool,
-    kind: ChangeKind,
+    place: u8,
     /// The number of values that change.
     values: usize,
     response: Option<OrderedResponse>,
@@ -223,25 +223,16 @@ fn is_same(one: &BetterTiming, other: &BetterTiming) -> bool {
     }
 }
 
-/// What a change touches, in the order of the actions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum ChangeKind {
-    OnePriority,
-    Cpu,
-    Priorities,
-    Period,
-    Deadline,
-}
-
-fn kind_of(change: &TimingChange) -> ChangeKind {
+/// Returns the place of a change among those with as good an effect, by what it touches.
+fn place_of(change: &TimingChange) -> u8 {
     match change {
-        TimingChange::Priority(_) => ChangeKind::OnePriority,
-        TimingChange::Cpu(_) => ChangeKind::Cpu,
+        TimingChange::Priority(_) => 0,
+        TimingChange::Cpu(_) => 1,
         TimingChange::SwapPriorities
         | TimingChange::PrioritiesByDeadline
-        | TimingChange::OptimalPriorities => ChangeKind::Priorities,
-        TimingChange::Period { .. } => ChangeKind::Period,
-        TimingChange::Deadline(_) => ChangeKind::Deadline,
+        | TimingChange::OptimalPriorities => 2,
+        TimingChange::Period { .. } => 3,
+        TimingChange::Deadline(_) => 4,
     }
 }
 
@@ -368,17 +359,13 @@ impl<'db> ChangeOutcome<'db> {
     }
 
     fn remarks(&self) -> String {
-        let mut text = if self.then.activities.iter().any(|it| !it.assumed.is_empty()) {
-            ", assumed".to_owned()
-        } else {
-            String::new()
-        };
-        text += match self.new_warnings.len() {
+        let has_assumed = self.then.activities.iter().any(|it| !it.assumed.is_empty());
+        let warnings = match self.new_warnings.len() {
             0 => "",
             1 => ", 1 warning",
             _ => ", warnings",
         };
-        text
+        format!("{}{warnings}", if has_assumed { ", assumed" } else { "" })
     }
 }
 
