@@ -26,8 +26,8 @@ use mauve_hir::ProgramId;
 use mauve_hir::item_tree::Name;
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize};
 
-use self::label::Texts;
-use mauve_diagnostics::figure::{HintStatus, TIGHT_SLACK};
+use self::label::{Texts, most_at};
+use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS, TIGHT_SLACK};
 
 /// A label that an editor shows inside the text, of at most 32 characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -158,10 +158,27 @@ struct HintFigure {
     missing: usize,
 }
 
-impl HintFigure {
-    /// The texts of a figure that includes everything.
-    fn complete(texts: Texts) -> HintFigure {
-        HintFigure { texts, missing: 0 }
+/// The texts of a hint, and what they say.
+struct ShownHint {
+    texts: Texts,
+    status: HintStatus,
+    /// How many activities its figure does not include; none if it shows no known figure.
+    missing: Option<usize>,
+}
+
+impl ShownHint {
+    /// Returns the hint of a subject at an offset of the text.
+    fn at(self, text: &str, offset: TextSize, subject: HintSubject, explained_at: TextSize) -> HintOf {
+        let room = most_at(column(text, offset));
+        // A reason is shown in full: without it, the hint says little.
+        let most = if self.status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
+        let figure = self.figure();
+        let hint = InlayHint::new(offset, self.texts, most, self.status, Some(explained_at));
+        HintOf { hint, subject: Some(subject), figure, room }
+    }
+
+    fn figure(&self) -> Option<HintFigure> {
+        self.missing.map(|missing| HintFigure { texts: self.texts.clone(), missing })
     }
 }
 

@@ -3,11 +3,11 @@
 use mauve_diagnostics::connection_reason;
 use mauve_hir::{Decl, ModelDb, Project};
 
-use super::label::{Texts, most_at};
-use super::{HintFigure, HintOf, HintSubject, InlayHint, column, end_of_line};
+use super::label::Texts;
+use super::{HintOf, HintSubject, ShownHint, end_of_line};
 use crate::connections::{LinkReport, connections_in};
 use crate::occurrences::grouped;
-use mauve_diagnostics::figure::{Forms, HintStatus, MOST_CHARACTERS, TIGHT_SLACK, chain_figure, short};
+use mauve_diagnostics::figure::{Forms, HintStatus, TIGHT_SLACK, chain_figure, short};
 
 pub(super) fn of_connections<'db>(
     db: &'db dyn ModelDb,
@@ -18,17 +18,15 @@ pub(super) fn of_connections<'db>(
     let text = architecture.file(db).text(db);
     let connected = connections_in(db, project, architecture).into_iter();
     for (at, all) in grouped(connected.map(|it| (&it.link.at, it))) {
-        let Some(Forms { texts, status, .. }) = shown(db, &all) else { continue };
+        let (Some(Forms { texts, status, .. }), Some(first)) = (shown(db, &all), all.first()) else {
+            continue;
+        };
         let range = at.range(db);
-        let offset = end_of_line(text, range.end());
-        let room = most_at(column(text, offset));
-        let texts = Texts::of(texts);
-        let figure = (status == HintStatus::Time).then(|| HintFigure::complete(texts.clone()));
-        let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
-        let hint = InlayHint::new(offset, texts, most, status, Some(range.start()));
-        let target = all.first().map(|it| format!("{}.{}", it.link.target.0, it.link.target.1));
-        let subject = target.map(|it| HintSubject::Connection(it.into()));
-        found.push(HintOf { hint, subject, figure, room });
+        let missing = (status == HintStatus::Time).then_some(0);
+        let target = format!("{}.{}", first.link.target.0, first.link.target.1);
+        let (subject, offset) = (HintSubject::Connection(target.into()), end_of_line(text, range.end()));
+        let shown = ShownHint { texts: Texts::of(texts), status, missing };
+        found.push(shown.at(text, offset, subject, range.start()));
     }
 }
 

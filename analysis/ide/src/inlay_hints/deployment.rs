@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, Location, ModelDb, Project, config_file, names_of, node_around};
 use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
@@ -12,8 +12,8 @@ use mauve_wcrt::{
     ActivityReport, Deadlines, Footing, Query, Report, ResolvedActivity, response_times, system_of,
 };
 
-use super::label::{Texts, most_at};
-use super::{HintFigure, HintOf, HintOptions, HintSubject, InlayHint, beside, column, end_of_line};
+use super::label::Texts;
+use super::{HintOf, HintOptions, HintSubject, InlayHint, ShownHint, beside, end_of_line};
 use crate::cpu_budget::cpu_status;
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
@@ -61,8 +61,8 @@ pub(super) fn of_deployment<'db>(
         && report.activities.iter().any(is_real_time)
     {
         let mut add = |subject: HintSubject, shown: ShownHint, load: Option<u32>| {
-            let ShownHint { texts, status, figure } = shown;
-            let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, status, Some(name.range(db).start()));
+            let (figure, explained_at) = (shown.figure(), Some(name.range(db).start()));
+            let hint = InlayHint::new(offset, shown.texts, MOST_CHARACTERS, shown.status, explained_at);
             let hint = InlayHint { load, ..hint };
             found.push(HintOf { hint, subject: Some(subject), figure, room: SHARED_ROOM });
         };
@@ -78,8 +78,8 @@ pub(super) fn of_deployment<'db>(
     }
     for ((resolved, shown), offset) in activities.iter().zip(shown).zip(offsets) {
         let Some(offset) = offset else { continue };
-        let explained_at = resolved.at.range(db).start();
-        found.push(shown.of_activity(resolved.instance.clone(), text, offset, explained_at));
+        let subject = HintSubject::Activity(resolved.instance.clone());
+        found.push(shown.at(text, offset, subject, resolved.at.range(db).start()));
     }
 }
 
@@ -101,18 +101,12 @@ pub(super) fn of_gateways(
                 let shown = ShownHint::of(db, activity, footing, options.tight_slack);
                 // With hosts, `D@left` and `D@right`.
                 let name = activity.instance.replacen("ros2", deployment.name(db), 1);
-                found.push(shown.of_activity(name.into(), text, end_of_line(text, at.end()), at.start()));
+                let subject = HintSubject::Activity(name.into());
+                found.push(shown.at(text, end_of_line(text, at.end()), subject, at.start()));
             }
         }
     }
     found
-}
-
-/// The texts of a hint, and what they say.
-struct ShownHint {
-    texts: Texts,
-    status: HintStatus,
-    figure: Option<HintFigure>,
 }
 
 impl ShownHint {
@@ -124,20 +118,8 @@ impl ShownHint {
         tight_slack: u32,
     ) -> ShownHint {
         let forms = figure(db, activity, footing, tight_slack);
-        let (texts, status) = (Texts::of_forms(&forms), forms.status);
-        let is_known = activity.verdict != Status::NotAnalysed;
-        let figure = is_known.then(|| HintFigure::complete(texts.clone()));
-        ShownHint { texts, status, figure }
-    }
-
-    /// Returns the hint of the activity of this name at an offset of the text.
-    fn of_activity(self, name: Name, text: &str, offset: TextSize, explained_at: TextSize) -> HintOf {
-        let ShownHint { texts, status, figure } = self;
-        let room = most_at(column(text, offset));
-        // A reason is shown in full: without it, the hint says little.
-        let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
-        let hint = InlayHint::new(offset, texts, most, status, Some(explained_at));
-        HintOf { hint, subject: Some(HintSubject::Activity(name)), figure, room }
+        let missing = (activity.verdict != Status::NotAnalysed).then_some(0);
+        ShownHint { texts: Texts::of_forms(&forms), status: forms.status, missing }
     }
 }
 
@@ -154,8 +136,7 @@ fn of_all(report: &Report<'_>, activities: &[ShownHint], query: Query) -> ShownH
         ]),
     };
     let worst = activities.iter().map(|it| it.status).min_by_key(|it| it.rank());
-    let figure = Some(HintFigure { texts: texts.clone(), missing: unknown });
-    ShownHint { texts, status: worst.unwrap_or(HintStatus::Met), figure }
+    ShownHint { texts, status: worst.unwrap_or(HintStatus::Met), missing: Some(unknown) }
 }
 
 /// Returns the greatest utilisations, with the CPUs, in the order of the CPUs.
@@ -190,9 +171,8 @@ fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet,
             HintStatus::Tight => words("", "nearly full"),
             _ => Texts::of([text]),
         };
-        let missing = if cpu.complete { 0 } else { unknown };
-        let figure = Some(HintFigure { texts: texts.clone(), missing });
-        (cpu.cpus, ShownHint { texts, status, figure }, load)
+        let missing = Some(if cpu.complete { 0 } else { unknown });
+        (cpu.cpus, ShownHint { texts, status, missing }, load)
     })
 }
 

@@ -12,8 +12,8 @@ use mauve_wcrt::{TableSet, level_shown, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
 use super::figures::{LastFigures, with_earlier};
-use super::label::{Texts, most_at};
-use super::{HintFigure, HintOf, HintPlace, HintSubject, InlayHint, beside, column, hash_of};
+use super::label::Texts;
+use super::{HintFigure, HintOf, HintPlace, HintSubject, ShownHint, beside, hash_of};
 use mauve_diagnostics::figure::{HintStatus, short};
 
 /// Returns the hints of a core in `range`.
@@ -36,14 +36,10 @@ pub(super) fn of_core<'db>(
         let Some(&offset) = heads.get(&explained_at).filter(|it| range.contains_inclusive(**it)) else {
             return;
         };
-        let room = most_at(column(text, offset));
         let texts = label.map_or_else(Texts::default, |label| label.texts.clone());
-        let hint = InlayHint::new(offset, texts, room, HintStatus::Time, Some(explained_at));
-        let (subject, figure) = (
-            Some(HintSubject::Program(place.clone())),
-            label.map(|label| HintFigure::complete(label.texts.clone())),
-        );
-        found.extend(with_earlier(HintOf { hint, subject, figure, room }, earlier));
+        let shown = ShownHint { texts, status: HintStatus::Time, missing: label.map(|_| 0) };
+        let subject = HintSubject::Program(place.clone());
+        found.extend(with_earlier(shown.at(text, offset, subject, explained_at), earlier));
     };
     match labels {
         Some(labels) => labels.iter().for_each(|label| add(label.id, &label.place, Some(label))),
@@ -59,11 +55,9 @@ pub(super) fn figures<'db>(
     of: Decl<'db>,
 ) -> Option<impl Iterator<Item = (HintSubject, HintFigure)> + use<'db>> {
     let labels = labels_of(db, project, of).as_ref()?.iter();
-    Some(
-        labels.map(|label| {
-            (HintSubject::Program(label.place.clone()), HintFigure::complete(label.texts.clone()))
-        }),
-    )
+    Some(labels.map(|Label { place, texts, .. }| {
+        (HintSubject::Program(place.clone()), HintFigure { texts: texts.clone(), missing: 0 })
+    }))
 }
 
 /// Returns a hash of the labels in a core.
