@@ -14,7 +14,7 @@ use std::process::{Command, Output};
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Workspace, names_of, projects};
-use mauve_orocos::{packages_with_stubs, standalone};
+use mauve_orocos::{Programs, packages_with_stubs, standalone};
 use mauve_tests::orocos::{COMPILERS, build, run, runtime_sources};
 use mauve_tests::{Recorder, files_in, models};
 use mauve_timing::{Level, Table};
@@ -77,7 +77,9 @@ fn build_robot(folder: &Path, table: &Table) -> PathBuf {
     let mut all = names_of(&db, project).all.iter();
     let deployment = *all.find(|it| it.kind(&db) == Kind::Deployment).unwrap();
     let mut packages = packages_with_stubs(&db, project, deployment).expect("a model without mistakes");
-    packages.push(standalone(&db, project, Some(deployment), false).expect("a model without mistakes"));
+    packages.push(
+        standalone(&db, project, Some(deployment), false, Programs::Whole).expect("a model without mistakes"),
+    );
     let mut files = Vec::new();
     for package in &packages {
         for file in &package.files {

@@ -66,5 +66,5 @@ pub use library::{Artifact, GenerationProblem, ProblemKind, configuration_proble
 pub use manifest::{MANIFEST, ManifestError};
 pub use package::{packages, ros2_packages};
 pub use plan::{Action, ChangedCodel, Plan, PlanError, PlanStep, plan};
-pub use standalone::{InputProblem, MEASURE, Shape, measuring, program_of_host, record_inputs, standalone};
+pub use standalone::{InputProblem, MEASURE, Programs, Shape, measuring, record_inputs, standalone};
 pub use stubs::packages_with_stubs;

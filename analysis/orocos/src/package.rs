@@ -10,7 +10,7 @@ use crate::deployment::deployed;
 use crate::export::export_files;
 use crate::generated_file::{GeneratedFile, GeneratedPackage, MARK, STANDALONE, ends, is_name};
 use crate::library::{GenerationProblem, Model, models};
-use crate::standalone::{is_standalone_path, programs_of_ros2};
+use crate::standalone::{Programs, is_standalone_path, standalone};
 use crate::task::task_files;
 use crate::trace::trace_files;
 use crate::{launch, script};
@@ -90,7 +90,7 @@ pub fn ros2_packages<'db>(
         let text = format!("# {MARK} {}: the folder `standalone` builds it.\n", package.name);
         package.files.push(GeneratedFile::generated(IGNORED.to_owned(), text));
     }
-    all.push(programs_of_ros2(db, project, deployment)?);
+    all.push(standalone(db, project, deployment, true, Programs::OfEachHost)?);
     Ok(all)
 }
 
@@ -132,7 +132,6 @@ mod tests {
     use super::*;
     use crate::codels::is_stub;
     use crate::generated_file::{FileOwner, is_marked};
-    use crate::standalone::standalone;
 
     /// The packages of the sample robot, and of random models.
     fn samples() -> Vec<GeneratedPackage> {
@@ -149,7 +148,7 @@ mod tests {
             let workspace = Workspace::of_texts(&db, folder, texts);
             for &project in projects(&db, workspace) {
                 all.extend(packages(&db, project, None).unwrap());
-                all.push(standalone(&db, project, None, false).unwrap());
+                all.push(standalone(&db, project, None, false, Programs::Whole).unwrap());
             }
         }
         all

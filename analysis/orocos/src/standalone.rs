@@ -35,6 +35,17 @@ pub use inputs::{InputProblem, Shape};
 pub use measure::{MEASURE, measuring};
 pub use recorded_inputs::record_inputs;
 
+/// Which programs a folder has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Programs {
+    /// One of each deployment.
+    Whole,
+    /// That of a host, by its index in [`mauve_hir::Ros2::hosts`].
+    OfHost(usize),
+    /// Those of all hosts of each deployment, in a package of ROS 2.
+    OfEachHost,
+}
+
 /// Returns the folder of standalone programs: those of a deployment, or of all deployments of a project; with the topics of ROS 2,
 /// if `has_topics`. It is a package in the sense of [`crate::plan()`].
 ///
@@ -46,53 +57,7 @@ pub fn standalone<'db>(
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
     has_topics: bool,
-) -> Result<GeneratedPackage, Vec<GenerationProblem<'db>>> {
-    folder(db, project, deployment, has_topics, Parts::Whole)
-}
-
-/// Returns the folder of the program of one host, with its topics, if `has_topics`. `host` is its index in
-/// [`mauve_hir::Ros2::hosts`].
-///
-/// # Errors
-///
-/// The problems that prevent generation.
-pub fn program_of_host<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    host: usize,
-    has_topics: bool,
-) -> Result<GeneratedPackage, Vec<GenerationProblem<'db>>> {
-    let has_topics = has_topics && ros2_of(db, project, deployment).topics_of(host).next().is_some();
-    folder(db, project, Some(deployment), has_topics, Parts::Host(host))
-}
-
-/// Returns the folder of the programs of a deployment, or of all of a project, with their topics: a package of ROS 2.
-pub(crate) fn programs_of_ros2<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Option<Decl<'db>>,
-) -> Result<GeneratedPackage, Vec<GenerationProblem<'db>>> {
-    folder(db, project, deployment, true, Parts::Each)
-}
-
-/// Which programs a folder has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Parts {
-    /// One of each deployment.
-    Whole,
-    /// That of a host.
-    Host(usize),
-    /// Those of all hosts of each deployment, in a package of ROS 2.
-    Each,
-}
-
-fn folder<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Option<Decl<'db>>,
-    has_topics: bool,
-    parts: Parts,
+    of: Programs,
 ) -> Result<GeneratedPackage, Vec<GenerationProblem<'db>>> {
     let models = models(db, project, deployment)?;
     let mut messages = MessageHeaders::new(db, project.workspace(db), has_topics);
@@ -105,10 +70,10 @@ fn folder<'db>(
             if deployment.is_some_and(|only| only != decl) {
                 continue;
             }
-            let hosts: Vec<Option<usize>> = match (parts, ros2_of(db, project, decl).hosts.len()) {
-                (Parts::Host(host), _) => vec![Some(host)],
-                (Parts::Whole, _) | (Parts::Each, 0) => vec![None],
-                (Parts::Each, hosts) => (0..hosts).map(Some).collect(),
+            let hosts: Vec<Option<usize>> = match (of, ros2_of(db, project, decl).hosts.len()) {
+                (Programs::OfHost(host), _) => vec![Some(host)],
+                (Programs::Whole, _) | (Programs::OfEachHost, 0) => vec![None],
+                (Programs::OfEachHost, hosts) => (0..hosts).map(Some).collect(),
             };
             for host in hosts {
                 let Some(deployed) = deployed(model, decl, host, str::to_owned) else { continue };
@@ -128,7 +93,7 @@ fn folder<'db>(
             }
         }
     }
-    let package = (parts == Parts::Each).then(|| ros2_package::name(&models));
+    let package = (of == Programs::OfEachHost).then(|| ros2_package::name(&models));
     files.push(GeneratedFile::generated(
         "CMakeLists.txt".to_owned(),
         cmake_lists(&models, &messages, &programs, has_topics, package.as_deref()),
@@ -224,7 +189,7 @@ mod tests {
         let texts = mauve_tests::fixture(fixture).into_iter().map(|(path, text)| (PathBuf::from(path), text));
         let db = Database::default();
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
-        let standalone = standalone(&db, projects(&db, workspace)[0], None, false).unwrap();
+        let standalone = standalone(&db, projects(&db, workspace)[0], None, false, Programs::Whole).unwrap();
         expected.assert_eq(&standalone.files.iter().find(|file| file.path == path).unwrap().text);
     }
 
@@ -486,7 +451,7 @@ latency = "2 ms"
             .of_kind(&db, mauve_hir::item_tree::Kind::Deployment)
             .next()
             .unwrap();
-        let folder = programs_of_ros2(&db, project, Some(deployment)).unwrap();
+        let folder = standalone(&db, project, Some(deployment), true, Programs::OfEachHost).unwrap();
         let launch = |it: &&GeneratedFile| it.path.starts_with("launch/");
         let launch: Vec<&str> = folder.files.iter().filter(launch).map(|it| it.path.as_str()).collect();
         assert_eq!(launch, ["launch/Base-brain.launch.py", "launch/Base-l_u2d_eye.launch.py"]);

@@ -10,8 +10,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_hir::{Database, Decl, Project, ros2_of};
 use mauve_orocos::{
-    GeneratedFile, GeneratedPackage, packages_with_stubs, problems, program_of_host, record_inputs,
-    standalone,
+    GeneratedFile, GeneratedPackage, Programs, packages_with_stubs, problems, record_inputs, standalone,
 };
 use mauve_projects::destination::destination_folder;
 use mauve_projects::folder::open_file;
@@ -188,10 +187,14 @@ impl RunCommand {
             None => packages_with_stubs(db, project, deployment).unwrap_or_default(),
         };
         // The project has no problems: they were reported.
-        all.extend(match host {
-            Some(host) => program_of_host(db, project, deployment, host, !self.simulate_time),
-            None => standalone(db, project, Some(deployment), self.ros2),
-        });
+        let (has_topics, programs) = match host {
+            Some(host) => {
+                let has_topics = ros2_of(db, project, deployment).topics_of(host).next().is_some();
+                (has_topics && !self.simulate_time, Programs::OfHost(host))
+            }
+            None => (self.ros2, Programs::Whole),
+        };
+        all.extend(standalone(db, project, Some(deployment), has_topics, programs));
         let program = program_in(&all).ok_or("the deployment has no program")?;
         if let Some(package) = all.last_mut().filter(|_| self.inputs) {
             for (codel, parameter) in record_inputs(db, project, deployment, &program, package) {

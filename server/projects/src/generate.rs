@@ -12,8 +12,8 @@ use std::ffi::OsString;
 
 use mauve_hir::{Database, Decl, Project};
 use mauve_orocos::{
-    GeneratedFile, GeneratedPackage, GenerationProblem, MANIFEST, Plan, STANDALONE, packages, plan, problems,
-    ros2_packages, standalone,
+    GeneratedFile, GeneratedPackage, GenerationProblem, MANIFEST, Plan, Programs, STANDALONE, packages, plan,
+    problems, ros2_packages, standalone,
 };
 
 use crate::folder::{Folder, FolderEntryKind};
@@ -152,7 +152,7 @@ pub fn generate<'db>(
         }
         .unwrap_or_default();
         if request.is_standalone && !made.is_empty() {
-            made.extend(standalone(db, *project, *deployment, false));
+            made.extend(standalone(db, *project, *deployment, false, Programs::Whole));
         }
         match folders.iter_mut().find(|(known, _)| known.real == out.real) {
             Some((_, all)) => all.push((*project, made)),

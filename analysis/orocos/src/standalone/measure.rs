@@ -16,7 +16,7 @@ use mauve_hir::{Decl, ModelDb, Project};
 use toml::{Table, Value};
 
 use super::inputs::{InputProblem, inputs_of};
-use super::standalone;
+use super::{Programs, standalone};
 use crate::codels::{CodelSignature, codel_path};
 use crate::generated_file::{GeneratedFile, GeneratedPackage, STANDALONE_MARK};
 use crate::library::{Model, models};
@@ -69,8 +69,8 @@ pub fn measuring<'db>(
     let text = filled(include_str!("../../templates/measure.cpp"), &values);
     let linked: String = libraries.iter().map(|it| format!(" {it}-codels")).collect();
     // The caller has reported the problems of the project.
-    let mut package =
-        standalone(db, project, Some(deployment), false).map_err(|_| (deployment, InputProblem::NotThere))?;
+    let package = standalone(db, project, Some(deployment), false, Programs::Whole);
+    let mut package = package.map_err(|_| (deployment, InputProblem::NotThere))?;
     package.files.push(GeneratedFile::generated(format!("{MEASURE}.cpp"), text));
     add_to_build(&mut package, &format!("\nadd_program({MEASURE}{linked})\n"));
     Ok((package, paths))
