@@ -139,6 +139,14 @@ pub fn shortened(text: &str, most: usize) -> String {
     format!("{head}…{tail}")
 }
 
+/// The declaration in which a reported name is written.
+#[derive(Clone, Copy)]
+struct Scope<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+}
+
 impl<'db> Diagnostic<'db> {
     fn new(code: &'static Code, at: Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
         Diagnostic {
@@ -168,16 +176,15 @@ impl<'db> Diagnostic<'db> {
         self
     }
 
-    /// Adds a suggestion for the unresolved `path`, written in `of`: a library to use, a file to include, or `near`, a similar
+    /// Adds a suggestion for the unresolved `path`: a library to use, a file to include, or `near`, a similar
     /// name.
     fn look_elsewhere(
         mut self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        of: Decl<'db>,
+        scope: Scope<'db>,
         (kind, path): (Kind, &[Name]),
         near: Option<Name>,
     ) -> Diagnostic<'db> {
+        let Scope { db, project, of } = scope;
         let Some(name) = path.last() else { return self };
         let has_one =
             || names_of(db, project).anywhere(kind, name).iter().find_map(|it| it.library(db).as_ref());
@@ -194,7 +201,7 @@ impl<'db> Diagnostic<'db> {
         {
             self.message += &format!("; library `{library}` has one: add `use {library}`");
             let found = self.caused_by(Some(Cause::NotUsed(of.library(db).clone(), library.clone())));
-            return match misspelt_name::misspelt_use(db, project, of, library) {
+            return match scope.misspelt_use(library) {
                 Some(at) => found.fix(format!("Change to `use {library}`"), at, library.to_string()),
                 None => found.add_use(of, library),
             };

@@ -32,14 +32,8 @@ use mauve_syntax::is_nearest;
 use mauve_hir::{C_TYPES, LANGUAGE_TYPES, catalogue_of, data, external_types, message_of, package, used_packages};
 
 /// Reports the unknown type `ty`, which may be a misspelling of `near`.
-pub(super) fn of_type<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    at: Location<'db>,
-    of: Decl<'db>,
-    ty: &TypeRef,
-    near: &str,
-) -> Diagnostic<'db> {
+pub(super) fn of_type<'db>(scope: Scope<'db>, at: Location<'db>, ty: &TypeRef, near: &str) -> Diagnostic<'db> {
+    let Scope { db, project, of } = scope;
     let same_library = |decl: &&Decl<'db>| decl.library(db) == of.library(db);
     let mut edits = Vec::new();
     for &decl in names_of(db, project).all.iter().filter(same_library) {
@@ -75,24 +69,56 @@ pub(super) fn of_package<'db>(
     of_letter_case(db, project, name, &found).unwrap_or(found)
 }
 
-/// Returns the location of a `use`, in the library of `of`, that is most likely a misspelling of `library`.
-pub(super) fn misspelt_use<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    library: &Name,
-) -> Option<Location<'db>> {
-    let files = project_files(db, project).iter();
-    let mut uses = files.flat_map(|&file| &declarations(db, file).all).copied().filter(|it| {
-        it.kind(db) == Kind::Use && it.library(db) == of.library(db)
-    });
-    let is_unknown = |name: &Name| {
-        !names_of(db, project).has_library(name) && package(db, project.workspace(db), name).is_none()
-    };
-    let found = uses.find(|it| {
-        is_unknown(it.name(db)) && similar_package(db, project, it.name(db)).as_ref() == Some(library)
-    });
-    found.map(Location::name_of)
+impl<'db> Scope<'db> {
+    /// Returns the location of a `use`, in the library, that is most likely a misspelling of `library`.
+    pub(super) fn misspelt_use(self, library: &Name) -> Option<Location<'db>> {
+        let Scope { db, project, of } = self;
+        let files = project_files(db, project).iter();
+        let mut uses = files.flat_map(|&file| &declarations(db, file).all).copied().filter(|it| {
+            it.kind(db) == Kind::Use && it.library(db) == of.library(db)
+        });
+        let is_unknown = |name: &Name| {
+            !names_of(db, project).has_library(name) && package(db, project.workspace(db), name).is_none()
+        };
+        let found = uses.find(|it| {
+            is_unknown(it.name(db)) && similar_package(db, project, it.name(db)).as_ref() == Some(library)
+        });
+        found.map(Location::name_of)
+    }
+
+    /// Returns the type that `path` is most likely a misspelling of: a built-in type, a message of a package
+    /// that its library uses, or a type that `mauve.toml` declares.
+    pub(super) fn similar_type(self, path: &[Name]) -> Option<String> {
+        let Scope { db, project, of } = self;
+        let workspace = project.workspace(db);
+        match path {
+            [name] => {
+                let used = used_packages(db, project).get(of.library(db)).into_iter().flatten();
+                let messages = used.filter_map(|of| package(db, workspace, of)).flat_map(|it| it.messages.keys());
+                let candidates = messages.chain(external_types(db, workspace).keys());
+                // `booxl` is nearer to `bool` than to the message `Bool`.
+                let built_ins = || LANGUAGE_TYPES.iter().map(|(it, _)| *it);
+                let own = similar(name, candidates).filter(|near| is_nearest(name, near, built_ins()));
+                let own = || own.map(|near| near.to_string());
+                exact_built_in(name).map(str::to_owned).or_else(own).or_else(|| similar_built_in(name))
+            }
+            [of_std, name] if of_std == "std" => built_in(name).map(str::to_owned),
+            [of_package, .., name] => {
+                let declares = |it: &Name| package(db, workspace, it).is_some_and(|it| it.messages.contains_key(name));
+                let known = package(db, workspace, of_package);
+                let near = similar(name, known.into_iter().flat_map(|it| it.messages.keys()));
+                if let Some(near) = near {
+                    return Some(format!("{of_package}.{near}"));
+                }
+                if known.is_none() && message_of(db, project, of.library(db).as_ref(), std::slice::from_ref(name)).is_some() {
+                    return Some(name.to_string());
+                }
+                let near = similar_package(db, project, of_package).filter(declares)?;
+                Some(format!("{near}.{name}"))
+            }
+            [] => None,
+        }
+    }
 }
 
 /// The names of libraries that a project has in several letter cases, by the name in lower case: each with its places, which are
@@ -144,44 +170,6 @@ pub(super) fn of_letter_case<'db>(
     let edits = places.iter().map(|at| (at.clone(), right.to_string())).collect();
     report.fixes.push(Fix { title: format!("Change to `{right}`"), edits });
     Some(report.caused_by(Some(Cause::LetterCase(key))))
-}
-
-/// Returns the type that `path`, written in `of`, is most likely a misspelling of: a built-in type, a message of a package
-/// that its library uses, or a type that `mauve.toml` declares.
-pub(super) fn similar_type<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    path: &[Name],
-) -> Option<String> {
-    let workspace = project.workspace(db);
-    match path {
-        [name] => {
-            let used = used_packages(db, project).get(of.library(db)).into_iter().flatten();
-            let messages = used.filter_map(|of| package(db, workspace, of)).flat_map(|it| it.messages.keys());
-            let candidates = messages.chain(external_types(db, workspace).keys());
-            // `booxl` is nearer to `bool` than to the message `Bool`.
-            let built_ins = || LANGUAGE_TYPES.iter().map(|(it, _)| *it);
-            let own = similar(name, candidates).filter(|near| is_nearest(name, near, built_ins()));
-            let own = || own.map(|near| near.to_string());
-            exact_built_in(name).map(str::to_owned).or_else(own).or_else(|| similar_built_in(name))
-        }
-        [of_std, name] if of_std == "std" => built_in(name).map(str::to_owned),
-        [of_package, .., name] => {
-            let declares = |it: &Name| package(db, workspace, it).is_some_and(|it| it.messages.contains_key(name));
-            let known = package(db, workspace, of_package);
-            let near = similar(name, known.into_iter().flat_map(|it| it.messages.keys()));
-            if let Some(near) = near {
-                return Some(format!("{of_package}.{near}"));
-            }
-            if known.is_none() && message_of(db, project, of.library(db).as_ref(), std::slice::from_ref(name)).is_some() {
-                return Some(name.to_string());
-            }
-            let near = similar_package(db, project, of_package).filter(declares)?;
-            Some(format!("{near}.{name}"))
-        }
-        [] => None,
-    }
 }
 
 /// Returns the built-in type that a type of another language is called like: `String`, `integer`, `f64`.

@@ -99,11 +99,11 @@ reports! { db, project, at:
     K::UndeclaredOperation { name } => undeclared_operation::report(at, name);
     K::UndefinedOperation { core, name, declared } => undefined_operation::report(db, at, *core, name, declared);
     K::UnknownPackage { name } => unknown_package::report(db, project, at, name);
-    K::UnknownType { of, ty } => unknown_type::report(db, project, at, *of, ty);
+    K::UnknownType { of, ty } => unknown_type::report(Scope { db, project, of: *of }, at, ty);
     K::UnreachableCode(why) => unreachable_code::report(at, why);
     K::UnreachableState { name } => unreachable_state::report(at, name);
     K::UnresolvedCodel { core, name, arguments, builtin } =>
-        unresolved_codel::report(db, project, *core, at, (name, *arguments), *builtin);
+        unresolved_codel::report(Scope { db, project, of: *core }, at, (name, *arguments), *builtin);
     K::AmbiguousDeployment { name, candidates } => {
         let candidates: Vec<String> = candidates.iter().map(|name| format!("`{name}`")).collect();
         let candidates = enumerated(&candidates);
@@ -129,7 +129,7 @@ reports! { db, project, at:
     K::UnresolvedEnd { name, near } => unresolved_instance::no_end(at, name, near.clone());
     K::UnresolvedState { name, instance, near } =>
         unresolved_state::report(at, name, instance.as_ref(), near.clone());
-    K::UnresolvedType { of, kind, ty } => unresolved_type(db, project, at, *of, *kind, ty);
+    K::UnresolvedType { of, kind, ty } => unresolved_type(Scope { db, project, of: *of }, at, *kind, ty);
     K::UnresolvedVariable { name, near } => unresolved_variable::report(at, name, near.clone());
     K::UnusedCodel { codel } => unused_codel::report(db, project, *codel);
     K::UnusedDeclaration { kind, name } => unused_declaration::report(at, *kind, name);
@@ -143,14 +143,8 @@ reports! { db, project, at:
 }
 
 /// Reports an unresolved name of a shell, core, component or architecture.
-fn unresolved_type<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    at: Location<'db>,
-    of: Decl<'db>,
-    kind: Kind,
-    ty: &TypeRef,
-) -> Diagnostic<'db> {
+fn unresolved_type<'db>(scope: Scope<'db>, at: Location<'db>, kind: Kind, ty: &TypeRef) -> Diagnostic<'db> {
+    let Scope { db, project, of } = scope;
     let code = match kind {
         Kind::Core => &UNRESOLVED_CORE,
         Kind::Component => &UNRESOLVED_COMPONENT,
@@ -158,7 +152,7 @@ fn unresolved_type<'db>(
         _ => &UNRESOLVED_SHELL,
     };
     let found = Diagnostic::new(code, at, format!("no {kind} `{ty}`"));
-    if let Some((other, near)) = other_kind::of_another_kind(db, project, of, kind, &ty.path) {
+    if let Some((other, near)) = scope.of_another_kind(kind, &ty.path) {
         let article = if other == Kind::Architecture { "an" } else { "a" };
         let message = format!(
             "`{ty}` is {article} {other}, not {} {kind}",
@@ -167,8 +161,8 @@ fn unresolved_type<'db>(
         return Diagnostic { message, ..found }.did_you_mean(near);
     }
     let near = names_of(db, project).similar(db, of.library(db).as_ref(), kind, &ty.path);
-    let near = near.or_else(|| other_kind::in_right_library(db, project, of, kind, &ty.path));
+    let near = near.or_else(|| scope.in_right_library(kind, &ty.path));
     // A shell that extends itself and an architecture that imports itself are the next mistake.
     let near = near.filter(|near| of.kind(db) != kind || near != of.name(db));
-    found.look_elsewhere(db, project, of, (kind, &ty.path), near)
+    found.look_elsewhere(scope, (kind, &ty.path), near)
 }

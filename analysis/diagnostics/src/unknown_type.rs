@@ -19,13 +19,8 @@
 use super::*;
 use mauve_hir::{catalogue_of, package};
 
-pub(super) fn report<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    at: Location<'db>,
-    of: Decl<'db>,
-    ty: &TypeRef,
-) -> Diagnostic<'db> {
+pub(super) fn report<'db>(scope: Scope<'db>, at: Location<'db>, ty: &TypeRef) -> Diagnostic<'db> {
+    let Scope { db, project, of } = scope;
     let message = format!("unknown type `{ty}`: its use is not checked");
     let mut found = Diagnostic::new(&UNKNOWN_TYPE, at.clone(), message);
     if let [name] = ty.path.as_slice()
@@ -40,8 +35,8 @@ pub(super) fn report<'db>(
             return found.add_use(of, package);
         }
     }
-    if let Some(near) = misspelt_name::similar_type(db, project, of, &ty.path) {
-        return misspelt_name::of_type(db, project, at, of, ty, &near);
+    if let Some(near) = scope.similar_type(&ty.path) {
+        return misspelt_name::of_type(scope, at, ty, &near);
     }
     if let [name] = ty.path.as_slice() {
         found.message += &format!("; `[types.{name}]` in mauve.toml declares it");

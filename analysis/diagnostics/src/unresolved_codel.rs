@@ -22,9 +22,7 @@ use mauve_hir::fact::Hidden;
 use mauve_hir::{Builtin, codel, core};
 
 pub(super) fn report<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
+    scope: Scope<'db>,
     at: Location<'db>,
     (name, arguments): (&Name, usize),
     builtin: Option<Builtin>,
@@ -33,8 +31,8 @@ pub(super) fn report<'db>(
     if let Some(builtin) = builtin {
         return diagnostic.did_you_mean(Some(builtin.name().into()));
     }
-    let near = similar_callee(db, project, of, name, arguments);
-    let found = diagnostic.look_elsewhere(db, project, of, (Kind::Codel, std::slice::from_ref(name)), near);
+    let near = similar_callee(scope, name, arguments);
+    let found = diagnostic.look_elsewhere(scope, (Kind::Codel, std::slice::from_ref(name)), near);
     match foreign_syntax::function(name) {
         Some((message, written)) if found.fixes.is_empty() => {
             Diagnostic::new(&UNRESOLVED_CODEL, at, message).writing(written)
@@ -45,17 +43,12 @@ pub(super) fn report<'db>(
 
 /// Returns the codel or the own operation that `name` is most likely a misspelling of: one that takes as many arguments, if
 /// there is one.
-fn similar_callee<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    name: &Name,
-    arguments: usize,
-) -> Option<Name> {
+fn similar_callee(scope: Scope<'_>, name: &Name, arguments: usize) -> Option<Name> {
+    let Scope { db, project, of } = scope;
     let visible = names_of(db, project).visible_of_kind(db, of.library(db).as_ref(), Kind::Codel);
     // `similar` compares with no more names.
     let visible = visible.take(500);
-    let parameters = |it: Decl<'db>| codel(db, it).map_or(0, |it| it.parameters.len());
+    let parameters = |it: Decl<'_>| codel(db, it).map_or(0, |it| it.parameters.len());
     let codels = visible.map(|it| (it.name(db), parameters(it)));
     let operations = core(db, of).into_iter().flat_map(|it| &it.operations);
     let operations = operations.map(|it| (&it.name.name, it.parameters.len()));

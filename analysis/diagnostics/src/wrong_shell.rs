@@ -30,7 +30,7 @@ pub(super) fn report<'db>(
     let found = Diagnostic::new(&WRONG_SHELL, at.clone(), message);
     let Location::Source(of, _) = at else { return found };
     let written = component(db, of).and_then(|it| it.shell.as_ref());
-    match written.zip(own.and_then(|own| other_kind::written_in(db, project, of, own))) {
+    match written.zip(own.and_then(|own| Scope { db, project, of }.written_in(own))) {
         Some((written, own)) => {
             let title = format!("Change the shell to `{own}`");
             found.fix(title, Location::Source(of, written.id), own.to_string())
