@@ -23,7 +23,7 @@ use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
 use mauve_diagnostics::{Finding, file_findings, shortened};
-use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, parse};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, Semantics, Workspace, parse};
 use mauve_syntax::ast::{self, AstNode};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
@@ -166,10 +166,10 @@ impl<'db> Actions<'_, 'db> {
         self.push(CodeAction::new(kind, title), change);
     }
 
-    pub(crate) fn refuse(&mut self, kind: ActionKind, title: impl Into<String>, reason: impl Into<String>) {
-        if self.wants(kind) {
-            let disabled = Some(reason.into());
-            self.found.push(CodeAction { disabled, ..CodeAction::new(kind, title) });
+    pub(crate) fn refuse(&mut self, title: &str, reason: String) {
+        if self.wants(ActionKind::Rewrite) {
+            let disabled = Some(reason);
+            self.found.push(CodeAction { disabled, ..CodeAction::new(ActionKind::Rewrite, title) });
         }
     }
 
@@ -215,34 +215,31 @@ impl<'db> Actions<'_, 'db> {
     /// not apply, and an error if it applies but is not possible.
     pub(crate) fn refactor(
         &mut self,
-        kind: ActionKind,
-        title: impl Into<String>,
+        title: &str,
         change: impl Fn(Project<'db>) -> Option<Result<Change, String>>,
     ) {
-        if !self.wants(kind) {
+        if !self.wants(ActionKind::Rewrite) {
             return;
         }
-        let title = title.into();
         let all: Option<Vec<_>> = self.projects.iter().map(|&project| change(project)).collect();
-        let Ok(changes) = all
-            .unwrap_or_default()
-            .into_iter()
-            .collect::<Result<Vec<Change>, String>>()
-            .map_err(|reason| self.refuse(kind, title.clone(), reason))
-        else {
-            return;
-        };
-        let mut changes = changes.into_iter();
-        let Some(first) = changes.next() else { return };
-        if changes.all(|other| other == first) {
-            self.offer(kind, title, || first);
+        match all.unwrap_or_default().into_iter().collect::<Result<Vec<Change>, String>>() {
+            Err(reason) => self.refuse(title, reason),
+            Ok(mut changes) => {
+                changes.dedup();
+                if let [only] = changes.as_slice() {
+                    self.offer(ActionKind::Rewrite, title, || only.clone());
+                }
+            }
         }
     }
 
-    /// Returns the programs of a core of the file: see [`CorePrograms::of`].
+    /// Returns the programs of a core of the file, unresolved names included.
     fn programs(&self, project: Project<'db>, core: &ast::Core) -> Option<Rc<CorePrograms<'db>>> {
         let key = (project, core.syntax().text_range());
-        let of = || CorePrograms::of(self.db, project, self.question.file, core).map(Rc::new);
+        let of = || {
+            let semantics = Semantics::at(self.db, project, self.question.file, key.1)?;
+            Some(Rc::new(CorePrograms { db: self.db, project, semantics }))
+        };
         self.programs.borrow_mut().entry(key).or_insert_with(of).clone()
     }
 

@@ -1,7 +1,7 @@
 //! The types in a core, and free names, for actions that declare something.
 
 use mauve_hir::item_tree::{Direction, Name, SourceId, TypeRef};
-use mauve_hir::{Binding, Builtin, Callee, File, ModelDb, Project, Semantics, Type, codel, type_of};
+use mauve_hir::{Binding, Builtin, Callee, ModelDb, Project, Semantics, Type, codel, type_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode};
 
@@ -19,17 +19,6 @@ pub(super) struct CorePrograms<'db> {
 }
 
 impl<'db> CorePrograms<'db> {
-    /// Returns the programs of the core `node`, unresolved names included.
-    pub(super) fn of(
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        file: File,
-        node: &ast::Core,
-    ) -> Option<CorePrograms<'db>> {
-        let semantics = Semantics::at(db, project, file, node.syntax().text_range())?;
-        Some(CorePrograms { db, project, semantics })
-    }
-
     pub(super) fn type_of(&self, expr: &ast::Expr) -> Option<&Type> {
         self.semantics.type_of(bare(expr)?.syntax())
     }

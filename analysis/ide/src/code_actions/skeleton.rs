@@ -9,7 +9,7 @@ use mauve_syntax::ast::{self, AstNode};
 use mauve_syntax::{SyntaxKind, SyntaxNode, is_whole};
 
 use super::program::free_name;
-use super::{ActionKind, Actions, indentation, put};
+use super::{Actions, indentation, put};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -28,7 +28,7 @@ fn offer_in_header<N: AstNode>(actions: &mut Actions<'_, '_>, title: &str, skele
     if brace.is_some_and(|brace| actions.selected().start() > brace.text_range().start()) {
         return;
     }
-    actions.refactor(ActionKind::Rewrite, title, |project| {
+    actions.refactor(title, |project| {
         let decl = declaration_at(db, file, node.syntax().text_range());
         let decl = decl.filter(|it| !it.name(db).is_empty())?;
         Some(Ok(behind(db, file, node.syntax(), &skeleton(db, project, decl, &node)?)))

@@ -109,7 +109,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     }
     if let Some(names) = impossible.filter(|_| !is_solved) {
         let why = no_priorities(now, names);
-        actions.refuse(ActionKind::Rewrite, why.clone(), why);
+        actions.refuse(&why, why.clone());
     }
 }
 

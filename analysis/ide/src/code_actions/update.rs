@@ -14,7 +14,7 @@ use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 use mauve_wcrt::{table, table_files};
 
-use super::{ActionKind, Actions, indentation};
+use super::{Actions, indentation};
 use crate::Change;
 use crate::occurrences::each_once;
 use crate::project::name_of_root;
@@ -29,13 +29,10 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let Some(parent) = word.parent() else { return };
     if let Some(hook) = ast::Hook::cast(parent.clone()).filter(|it| it.update_token().as_ref() == Some(&word))
     {
-        actions.refactor(ActionKind::Rewrite, "Convert to a state machine", |_| {
-            conversion.to_machine(&core, &hook)
-        });
+        actions.refactor("Convert to a state machine", |_| conversion.to_machine(&core, &hook));
     }
     if let Some(machine) = ast::StateMachine::cast(parent) {
-        actions
-            .refactor(ActionKind::Rewrite, "Convert to `update`", |_| conversion.to_update(&core, &machine));
+        actions.refactor("Convert to `update`", |_| conversion.to_update(&core, &machine));
     }
 }
 
