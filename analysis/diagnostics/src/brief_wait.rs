@@ -28,19 +28,11 @@
 //! time under `[wait]` in the timing table. With `grab = 0.005` there, response times count it, and this warning ends.
 
 use super::*;
-use mauve_wcrt::file_name;
 
-pub(super) fn report<'db>(
-    db: &'db dyn ModelDb,
-    at: Location<'db>,
-    codel: &str,
-    (wait, executions): (Time, u64),
-    file: File,
-) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, codel: &str, wait: Time, executions: u64, file: &str) -> Diagnostic<'db> {
     let message = format!(
         "codel `{codel}` gave up the CPU for up to {wait} ({file}, {executions} executions), and no response time counts that: if it may wait \
-         for longer, write `\"{codel}\" = …` under `[wait]`, in the unit of the table",
-        file = file_name(db, file)
+         for longer, write `\"{codel}\" = …` under `[wait]`, in the unit of the table"
     );
     Diagnostic::new(&BRIEF_WAIT, at, message)
 }

@@ -32,7 +32,7 @@
 //! old entry from the file with what was observed.
 
 use super::*;
-use mauve_wcrt::{Timed, file_name};
+use mauve_wcrt::Timed;
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
@@ -40,9 +40,9 @@ pub(super) fn report<'db>(
     of: &Timed<'db>,
     observed: Time,
     written: Time,
-    file: File,
+    file: &str,
 ) -> Diagnostic<'db> {
-    let (of_what, file) = (table_reasons::timed(db, of), file_name(db, file));
+    let of_what = table_reasons::timed(db, of);
     let message = match (of, written) {
         (Timed::Access(component, port), Time::ZERO) => format!(
             "an access to {of_what} took {observed} ({file}), and no table has a time for it: write `[access]` \

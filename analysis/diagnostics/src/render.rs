@@ -59,9 +59,12 @@ reports! { db, project, at:
     K::NotCalled { name, is_operation, takes_nothing } =>
         unresolved_variable::not_called(at, name, *is_operation, *takes_nothing);
     K::NotConstant(why) => constant_expression::not_constant(at, why);
-    K::NotInDeployment { deployment, instance, near } =>
-        unresolved_instance::not_in_deployment(at, deployment, instance, near.clone());
-    K::NotDeployed { instance, near } => unresolved_instance::not_deployed(at, instance, near.clone());
+    K::NotInDeployment { deployment, instance, near } => {
+        let message = format!("deployment `{deployment}` has no instance `{instance}`");
+        unresolved_instance::in_config(at, message, near.clone())
+    };
+    K::NotDeployed { instance, near } =>
+        unresolved_instance::in_config(at, format!("no deployment has an instance `{instance}`"), near.clone());
     K::NotStronglyConnected { initial, states } => not_strongly_connected::report(at, initial, states);
     K::Operation(error) => match error {
         OperatorError::Unary(operator, operand) => operator_type::unary(at, *operator, operand),
@@ -126,7 +129,8 @@ reports! { db, project, at:
         unresolved_instance::report(at, name, architecture, near.clone());
     K::UnresolvedOperand { function, name, near } => unresolved_variable::operand(at, *function, name, near.clone());
     K::UnresolvedOperation { name, shell, near } => unresolved_operation::report(at, name, shell, near.clone());
-    K::UnresolvedEnd { name, near } => unresolved_instance::no_end(at, name, near.clone());
+    K::UnresolvedEnd { name, near } =>
+        unresolved_instance::in_config(at, format!("no codel or instance `{name}`"), near.clone());
     K::UnresolvedState { name, instance, near } =>
         unresolved_state::report(at, name, instance.as_ref(), near.clone());
     K::UnresolvedType { of, kind, ty } => unresolved_type(Scope { db, project, of: *of }, at, *kind, ty);

@@ -1,7 +1,7 @@
 //! Renders timing facts as diagnostics.
 
 use super::*;
-use mauve_wcrt::{ActivityField, Recorded, TimingFact, TimingFactKind as Fact};
+use mauve_wcrt::{ActivityField, Recorded, TimingFact, TimingFactKind as Fact, file_name};
 
 /// Returns the diagnostic of a fact.
 pub(super) fn timing_diagnostic<'db>(
@@ -112,18 +112,19 @@ pub(super) fn timing_diagnostic<'db>(
 }
 
 fn of_recording<'db>(db: &'db dyn ModelDb, at: Location<'db>, recorded: &Recorded<'db>) -> Diagnostic<'db> {
+    let name = |file: &File| file_name(db, *file);
     match recorded {
         Recorded::RefutedTime { of, observed, written, file } => {
-            refuted_time::report(db, at, of, *observed, *written, *file)
+            refuted_time::report(db, at, of, *observed, *written, &name(file))
         }
         Recorded::WaitingCodel { codel, wait, written, is_known, file } => {
-            waiting_codel::report(db, at, codel, (*wait, *written), *is_known, *file)
+            waiting_codel::report(at, codel, (*wait, *written), *is_known, &name(file))
         }
         Recorded::BriefWait { codel, wait, executions, file } => {
-            brief_wait::report(db, at, codel, (*wait, *executions), *file)
+            brief_wait::report(at, codel, *wait, *executions, &name(file))
         }
         Recorded::WaitsOften { codel, times, written, file } => {
-            waiting_codel::more_often(db, at, codel, (*times, *written), *file)
+            waiting_codel::more_often(at, codel, *times, *written, &name(file))
         }
         Recorded::UndeclaredLock { lock, codel, held, declared } => {
             undeclared_lock::report(at, lock, codel, *held, *declared)

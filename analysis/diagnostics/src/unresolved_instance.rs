@@ -41,24 +41,6 @@ pub(super) fn report<'db>(at: Location<'db>, name: &str, architecture: &str, nea
 }
 
 /// Reports a name in `mauve.toml`.
-pub(super) fn not_deployed<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
-    let message = format!("no deployment has an instance `{name}`");
-    Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
-}
-
-/// Reports a name in a chain of `mauve.toml`.
-pub(super) fn no_end<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
-    let message = format!("no codel or instance `{name}`");
-    Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
-}
-
-/// Reports a name under `[deployment.NAME]` in `mauve.toml`.
-pub(super) fn not_in_deployment<'db>(
-    at: Location<'db>,
-    deployment: &str,
-    instance: &str,
-    near: Option<Name>,
-) -> Diagnostic<'db> {
-    let message = format!("deployment `{deployment}` has no instance `{instance}`");
+pub(super) fn in_config<'db>(at: Location<'db>, message: String, near: Option<Name>) -> Diagnostic<'db> {
     Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
 }

@@ -32,17 +32,14 @@
 //! or with packages of this version.
 
 use super::*;
-use mauve_wcrt::file_name;
 
 pub(super) fn report<'db>(
-    db: &'db dyn ModelDb,
     at: Location<'db>,
     codel: &str,
     (wait, written): (Time, Option<Time>),
     is_known: bool,
-    file: File,
+    file: &str,
 ) -> Diagnostic<'db> {
-    let file = file_name(db, file);
     let written = written.map_or_else(String::new, |written| format!(", longer than the written {written}"));
     let what = match is_known {
         true => format!("codel `{codel}` waited for {wait}{written} ({file})"),
@@ -55,14 +52,7 @@ pub(super) fn report<'db>(
     Diagnostic::new(&WAITING_CODEL, at, format!("{what}; no response time counts that: write {line}, at least {wait}"))
 }
 
-pub(super) fn more_often<'db>(
-    db: &'db dyn ModelDb,
-    at: Location<'db>,
-    codel: &str,
-    (times, written): (u64, u64),
-    file: File,
-) -> Diagnostic<'db> {
-    let file = file_name(db, file);
+pub(super) fn more_often<'db>(at: Location<'db>, codel: &str, times: u64, written: u64, file: &str) -> Diagnostic<'db> {
     let message = format!(
         "codel `{codel}` waited {times} times in one execution, {written} written ({file}): write `waits = {times}`, or more, under \
          `[wait]`"
