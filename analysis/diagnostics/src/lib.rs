@@ -20,8 +20,8 @@ use mauve_hir::{
     projects, relative_path, root_file, similar, unused_facts,
 };
 use mauve_wcrt::{
-    Query, TimingFact, WhatIfField, declared_locks, dependent_facts, facts_if, missing_time_facts,
-    priority_facts, required_facts, system_of, table_facts, timing_facts, trigger_facts,
+    Query, TimingFact, declared_locks, dependent_facts, missing_time_facts, priority_facts, required_facts,
+    system_of, table_facts, timing_facts, trigger_facts,
 };
 
 pub mod activity_figure;
@@ -631,17 +631,8 @@ pub fn declaration_diagnostics<'db>(
     found.into_boxed_slice()
 }
 
-/// Returns the timing diagnostics of a deployment with the field values in `what_if`.
-pub fn diagnostics_if<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    what_if: &[WhatIfField],
-) -> Vec<Arc<Diagnostic<'db>>> {
-    timing_diagnostics(db, project, &facts_if(db, project, deployment, what_if))
-}
-
-fn timing_diagnostics<'db>(
+/// Returns the diagnostics of facts of the timing analysis.
+pub fn timing_diagnostics<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     facts: &[TimingFact<'db>],

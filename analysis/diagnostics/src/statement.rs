@@ -4,36 +4,30 @@ use super::*;
 use mauve_syntax::{SyntaxKind, SyntaxNode, ast, ast::AstNode, significant_tokens, token_at};
 
 /// `target = value;`
-pub(super) struct Assignment {
+pub(super) struct Assignment<'db> {
     /// The text of the target.
     pub(super) target: String,
     /// The text of the value.
     pub(super) value: String,
-    file: File,
-    from: u32,
-    to: u32,
+    at: Location<'db>,
 }
 
-impl Assignment {
+impl<'db> Assignment<'db> {
     /// Adds a fix that replaces the assignment, without its `;`.
-    pub(super) fn replaced<'db>(&self, found: Diagnostic<'db>, text: String) -> Diagnostic<'db> {
-        found.fix(format!("Write `{text}`"), Location::Range(self.file, self.from, self.to), text)
+    pub(super) fn replaced(&self, found: Diagnostic<'db>, text: String) -> Diagnostic<'db> {
+        found.fix(format!("Write `{text}`"), self.at.clone(), text)
     }
 }
 
 /// Returns the innermost node of this kind around a location.
-pub(super) fn ancestor<'db>(
-    db: &'db dyn ModelDb,
-    at: &Location<'db>,
-    kind: SyntaxKind,
-) -> Option<SyntaxNode> {
+pub(super) fn ancestor(db: &dyn ModelDb, at: &Location<'_>, kind: SyntaxKind) -> Option<SyntaxNode> {
     let root = parse(db, at.file(db)).syntax();
     let token = token_at(&root, at.range(db).start())?;
     token.parent_ancestors().find(|node| node.kind() == kind)
 }
 
 /// Returns the assignment around a location, if it is on one line and has no comment.
-pub(super) fn assignment_at<'db>(db: &'db dyn ModelDb, at: &Location<'db>) -> Option<Assignment> {
+pub(super) fn assignment_at<'db>(db: &'db dyn ModelDb, at: &Location<'db>) -> Option<Assignment<'db>> {
     let node = ancestor(db, at, SyntaxKind::ASSIGN_STATEMENT)?;
     let (target, value) = (node.first_child()?, ast::AssignStatement::cast(node.clone())?.expr()?);
     let (start, end) = (target.text_range().start(), value.syntax().text_range().end());
@@ -44,9 +38,7 @@ pub(super) fn assignment_at<'db>(db: &'db dyn ModelDb, at: &Location<'db>) -> Op
     Some(Assignment {
         target: target.text().to_string().trim().to_owned(),
         value: value.syntax().text().to_string().trim().to_owned(),
-        file: at.file(db),
-        from: start.into(),
-        to: end.into(),
+        at: Location::Range(at.file(db), start.into(), end.into()),
     })
 }
 

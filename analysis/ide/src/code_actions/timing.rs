@@ -18,7 +18,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use mauve_diagnostics::{
-    Diagnostic, Finding, declaration_diagnostics, diagnostics_if, shortened, utilisation,
+    Diagnostic, Finding, declaration_diagnostics, shortened, timing_diagnostics, utilisation,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment};
@@ -29,8 +29,8 @@ use mauve_wcrt::better_timing::{
     BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse, keeps_slack,
 };
 use mauve_wcrt::{
-    ActivityField, ActivityReport, Deadlines, Query, Report, WhatIfField, response_times, response_times_if,
-    system_of,
+    ActivityField, ActivityReport, Deadlines, Query, Report, WhatIfField, facts_if, response_times,
+    response_times_if, system_of,
 };
 
 use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS};
@@ -324,7 +324,8 @@ fn outcome_of<'db>(
     let then = response_times_if(db, project, of, query, &fields);
     let key = |it: &Arc<Diagnostic<'db>>| (it.code.name, it.at.clone());
     let before: Vec<_> = declaration_diagnostics(db, project, of).iter().map(key).collect();
-    let mut after: Vec<_> = diagnostics_if(db, project, of, &fields).iter().map(key).collect();
+    let mut after: Vec<_> =
+        timing_diagnostics(db, project, &facts_if(db, project, of, &fields)).iter().map(key).collect();
     let new_warnings = after.iter().filter(|it| !before.contains(it)).map(|(code, _)| *code).collect();
     let late = then.activities.iter().filter(|it| !it.verdict.is_met());
     after.extend(late.filter_map(|it| Some(("deadline-missed", it.at.clone()?))));
