@@ -12,12 +12,7 @@ const FEW_CHARACTERS: usize = 10;
 
 /// Returns the forms of an activity's response time, or why it has none. Slack below `tight_slack` percent of the deadline is
 /// [`HintStatus::Tight`].
-pub fn figure<'db>(
-    db: &'db dyn ModelDb,
-    activity: &ActivityReport<'db>,
-    footing: Footing,
-    tight_slack: u32,
-) -> Forms {
+pub fn figure(db: &dyn ModelDb, activity: &ActivityReport<'_>, footing: Footing, tight_slack: u32) -> Forms {
     let deadline = activity.deadline.unwrap_or_default();
     let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
     match (activity.verdict, activity.response) {

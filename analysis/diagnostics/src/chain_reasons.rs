@@ -13,21 +13,13 @@ pub fn reasons_of_chain<'db>(db: &'db dyn ModelDb, chain: &ChainReport<'db>) -> 
 }
 
 /// Returns the message of a reason why a chain has no latency.
-pub fn chain_reason<'db>(
-    db: &'db dyn ModelDb,
-    chain: &ChainReport<'db>,
-    reason: &ChainReason<'db>,
-) -> String {
+pub fn chain_reason(db: &dyn ModelDb, chain: &ChainReport<'_>, reason: &ChainReason<'_>) -> String {
     let instances: Vec<&Name> = chain.steps.iter().map(|it| &it.instance).collect();
     in_words(db, &instances, reason).0
 }
 
 /// Returns the message of the reason why a connection has no latency, and a few words such as `guide may skip in Waiting`.
-pub fn connection_reason<'db>(
-    db: &'db dyn ModelDb,
-    link: &Link<'db>,
-    reason: &ChainReason<'db>,
-) -> (String, String) {
+pub fn connection_reason(db: &dyn ModelDb, link: &Link<'_>, reason: &ChainReason<'_>) -> (String, String) {
     // Between hosts, two gateways are before the reader.
     let target = &link.target.0;
     in_words(db, &[&link.source.0, target, target, target], reason)

@@ -149,29 +149,25 @@ fn chains<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Ve
 
 /// Returns the latest of the activities that miss their deadlines because of a component or in it, as a title such as
 /// `delays navigation: ✗ 1080 / 1000 ms`, and its place: an edit of the component may be the cause.
-fn late<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Option<(String, (File, TextRange))> {
+fn late(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>) -> Option<(String, (File, TextRange))> {
     let reports = deployments(db, project);
     let reports =
         reports.iter().map(|(it, _)| response_times(db, project, *it, Query::shown(db, project, *it)));
     let late = reports.flat_map(|report| {
-        let own: Vec<&ActivityReport<'db>> =
+        let own: Vec<&ActivityReport<'_>> =
             report.activities.iter().filter(|it| it.component == Some(of)).collect();
-        let cpus = |it: &ActivityReport<'db>| it.cpus.unwrap_or(CpuSet::ALL);
-        let delays = move |it: &ActivityReport<'db>| {
+        let cpus = |it: &ActivityReport<'_>| it.cpus.unwrap_or(CpuSet::ALL);
+        let delays = move |it: &ActivityReport<'_>| {
             own.iter().any(|own| own.priority >= it.priority && cpus(own).meets(cpus(it)))
         };
-        let is_late = |it: &&ActivityReport<'db>| {
+        let is_late = |it: &&ActivityReport<'_>| {
             matches!(it.verdict, Status::Missed | Status::Unbounded | Status::NoBound)
         };
         report.activities.iter().filter(is_late).filter(move |it| delays(it))
     });
     // Without a bound before with one.
     let latest = late.max_by(|one, other| {
-        let part = |it: &ActivityReport<'db>| it.used().unwrap_or(f64::INFINITY);
+        let part = |it: &ActivityReport<'_>| it.used().unwrap_or(f64::INFINITY);
         part(one).total_cmp(&part(other))
     })?;
     let at = latest.at.as_ref()?;

@@ -1,6 +1,8 @@
 //! Go to implementation: the cores and components of a shell, the definitions of an operation, the deployments of an architecture,
 //! the C++ file of a codel and its entries in timing tables.
 
+use std::path::PathBuf;
+
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, bases_of, config_of, core_of, first_target_of, names_of, shell_of,
@@ -76,11 +78,7 @@ fn defined(db: &dyn ModelDb, project: Project<'_>, operation: &Definition<'_>) -
 }
 
 /// Returns the path at which the generator places the user's source of a codel: one package per library.
-pub fn codel_file<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    decl: Decl<'db>,
-) -> Option<std::path::PathBuf> {
+pub fn codel_file(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>) -> Option<PathBuf> {
     let library = decl.library(db).as_ref().filter(|_| decl.kind(db) == Kind::Codel)?;
     let workspace = project.workspace(db);
     let out = config_of(db, workspace).out.as_ref().map_or("generated", |(out, _)| out);

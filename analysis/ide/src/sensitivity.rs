@@ -8,11 +8,7 @@ use mauve_wcrt::{Limit, Query, TimeSensitivity, Timed, time_sensitivity};
 use crate::markdown;
 
 /// Returns a line for each deployment of the project that executes the codel: the greatest time that it may take there.
-pub(crate) fn limits_of_codel<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    codel: Decl<'db>,
-) -> Vec<String> {
+pub(crate) fn limits_of_codel(db: &dyn ModelDb, project: Project<'_>, codel: Decl<'_>) -> Vec<String> {
     let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
     let lines = deployments.filter_map(|deployment| {
         let of = Timed::Codel(codel);

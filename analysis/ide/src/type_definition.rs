@@ -1,6 +1,8 @@
 //! Go to type definition: the message file of a value, the component of an instance, the operation of a handler, the shell of a
 //! component or a core, the architecture of a deployment.
 
+use std::path::PathBuf;
+
 use mauve_hir::{File, Location, ModelDb, Project, node_around, package};
 use mauve_syntax::SyntaxKind::{RESULT_TYPE, TARGET, TYPE};
 use mauve_syntax::TextSize;
@@ -34,11 +36,7 @@ pub fn type_definition(
     destination(&names, of_type, |name| message_file(db, project, &name.definition))
 }
 
-fn message_file<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    definition: &Definition<'db>,
-) -> Option<std::path::PathBuf> {
+fn message_file(db: &dyn ModelDb, project: Project<'_>, definition: &Definition<'_>) -> Option<PathBuf> {
     let ty = match definition {
         Definition::Message(..) => Some(definition.clone()),
         _ => type_of(db, project, definition),
@@ -154,7 +152,7 @@ deployment D { architecture A activity laser { priority = 1 period = 100 } }
                 Arc::new([("std_msgs".into(), Arc::new(package))].into()),
             );
             let found = type_definition(&db, project_of(&db, installed, file), file, offset).unwrap();
-            assert_eq!(found.files, [std::path::PathBuf::from("/opt/ros/std_msgs/msg/Int32.msg")], "{from}");
+            assert_eq!(found.files, [PathBuf::from("/opt/ros/std_msgs/msg/Int32.msg")], "{from}");
         }
     }
 

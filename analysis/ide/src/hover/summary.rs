@@ -196,10 +196,7 @@ pub(super) fn of_instance<'db>(
 }
 
 /// Returns the lines of several deployments or architectures once, with the names of those that have a line where not all have it.
-pub(super) fn where_they_differ<'db>(
-    db: &'db dyn ModelDb,
-    of_each: Vec<(Decl<'db>, Vec<String>)>,
-) -> Vec<String> {
+pub(super) fn where_they_differ(db: &dyn ModelDb, of_each: Vec<(Decl<'_>, Vec<String>)>) -> Vec<String> {
     let lines = each_once(of_each.iter().flat_map(|(_, lines)| lines.iter().cloned()));
     let shown = lines.into_iter().map(|line| {
         let having: Vec<&Name> = of_each

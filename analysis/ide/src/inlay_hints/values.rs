@@ -14,16 +14,11 @@ use super::label::Texts;
 use super::{HintOf, InlayHint, end_of_line};
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS, cut};
 
-pub(super) fn of_values<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    found: &mut Vec<HintOf>,
-) {
+pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, found: &mut Vec<HintOf>) {
     let (settings, values) = match (architecture(db, of), deployment(db, of)) {
         (Some(data), _) => {
             let values = values_in_architecture(db, project, of);
-            let mut defaults: FxHashMap<Decl<'db>, BTreeMap<Name, Value>> = FxHashMap::default();
+            let mut defaults: FxHashMap<Decl<'_>, BTreeMap<Name, Value>> = FxHashMap::default();
             for instance in &data.instances {
                 let Some(ty) = &instance.component else { continue };
                 let known = values.get(&instance.name.name).into_iter().flatten();
