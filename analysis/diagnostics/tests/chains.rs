@@ -450,6 +450,19 @@ e.to = 'b.act'
             b.o -> d.i: 31.000002 ms, age 21.000002 ms
         "#]],
     );
+    // What leads to it and what leads from it are two data.
+    let through = parts
+        .replace("instance d: Deaf", "instance d: Deaf  instance g: Filter  connection d.o -> g.i")
+        .replace("affinity = 4 }", "affinity = 4 }\n  activity g { priority = 1 period = 10 affinity = 8 }");
+    let (deployed, _) = through.split_once("c.from").expect("it has chains");
+    check(
+        &format!("{deployed}c.from = 'f'\nc.through = ['d']\nc.to = 'g'\n"),
+        expect![[r#"
+            c: 'g': `d` does not pass the data on: nothing that leads there depends on what it reads
+            b.o -> d.i: 31.000002 ms, age 21.000002 ms
+            d.o -> g.o: 20.000002 ms, age 10.000002 ms
+        "#]],
+    );
 }
 
 #[test]

@@ -281,8 +281,10 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
         points: &[(NamedInChain<'db>, &'a LocatedName)],
         budget: &Cell<usize>,
     ) -> Option<ChainFault<'a>> {
-        for pair in points.windows(2) {
-            let [(from, (from_name, _)), (to, (to_name, span))] = pair else { continue };
+        let parts = points.windows(2).filter_map(|part| part.first().zip(part.last()));
+        // Two parts may each have a way through different data of one instance: then the whole has none.
+        let whole = points.first().zip(points.last());
+        for ((from, (from_name, _)), (to, (to_name, span))) in parts.chain(whole) {
             let FoundWays { all, last } = self.ways(from, &[], to, budget)?;
             if !all.is_empty() {
                 continue;
