@@ -189,7 +189,13 @@ def catalogue():
             broken[RANDOM.randrange(4, len(broken))] = RANDOM.choice((0, 1, 0x7F, 0x80, 0xFF))
         lines.append(broken.hex())
         expected.append(None)
-    said = subprocess.run([FOLDER + "/catalogue"], input="\n".join(lines) + "\n", capture_output=True, text=True, check=True)
+    # An empty string is smaller than in the memory, where it has 32 bytes, and such a message 40.
+    for texts, inners, fits in ((0, 25, True), (0, 26, False), (31, 0, True), (32, 0, False), (20, 9, True), (20, 10, False)):
+        nothing = {"kind": 1, "name": ""}
+        little = encoded({**values(), "short_texts": [], "texts": [""] * texts, "many_inners": [nothing] * inners}, True)
+        lines.append(little.hex())
+        expected.append(little.hex() if fits else "+")
+    said = subprocess.run([FOLDER + "/catalogue", "1000"], input="\n".join(lines) + "\n", capture_output=True, text=True, check=True)
     found = said.stdout.splitlines()
     assert len(found) == len(expected), said.stderr
     for line, one, other in zip(lines, expected, found):

@@ -430,7 +430,7 @@ void Ros2::State::subscribe(Endpoint& endpoint) {
         if (size > endpoint.topic.max_bytes) {
           endpoint.too_large.add(1);
         } else {
-          is_good = endpoint.port->deliver(bytes_of(sample), size);
+          is_good = endpoint.port->deliver(bytes_of(sample), size, endpoint.topic.max_bytes);
           (is_good ? endpoint.moved : endpoint.malformed).add(1);
         }
       } catch (const std::bad_alloc&) {

@@ -45,7 +45,7 @@ class Ros2 : public Gateway {
     TypeName type;
     int depth;
     bool is_reliable, is_transient_local;
-    // Greater samples are dropped.
+    // Greater samples are dropped, and those whose sequences take more memory.
     std::size_t max_bytes;
     // Who is at the other end of a connection between hosts, such as `host eyes`, and is missed when it is not there; empty: anyone.
     std::string other_end{};
@@ -92,8 +92,8 @@ class Ros2 : public Gateway {
     virtual bool take() { return false; }
     virtual std::size_t size() const { return 0; }
     virtual void write(char*) const {}
-    // Reads a sample; gives it to the component. False where it is malformed.
-    virtual bool deliver(const char*, std::size_t) { return false; }
+    // Reads a sample of this size, and with this room; gives it to the component. False where it is malformed.
+    virtual bool deliver(const char*, std::size_t, std::size_t) { return false; }
     // The number of that sample among those that the port's writer has written.
     virtual std::uint64_t number() const = 0;
   };
@@ -121,8 +121,8 @@ class Ros2 : public Gateway {
     explicit Subscribed(const std::string& name) : port_(name, false) {}
     RTT::base::PortInterface& end() override { return port_; }
     bool is_published() const override { return false; }
-    bool deliver(const char* from, std::size_t size) override {
-      if (!cdr::read(from, size, sample_)) return false;
+    bool deliver(const char* from, std::size_t size, std::size_t room) override {
+      if (!cdr::read(from, size, room, sample_)) return false;
       port_.write(sample_);
       return true;
     }
