@@ -93,8 +93,8 @@ fn declaration(p: &mut Parser<'_>) {
         SHELL_KW => shell::shell(p),
         CORE_KW => core::core(p),
         COMPONENT_KW => component(p),
-        ARCHITECTURE_KW => named_list(p, ARCHITECTURE, ARCHITECTURE),
-        DEPLOYMENT_KW => named_list(p, DEPLOYMENT, DEPLOYMENT),
+        ARCHITECTURE_KW => named_list(p, ARCHITECTURE),
+        DEPLOYMENT_KW => named_list(p, DEPLOYMENT),
         SEMICOLON => p.bump(),
         _ if foreign::opt_declaration(p) => {}
         _ => unknown(p, LIBRARY),
@@ -129,14 +129,14 @@ fn include(p: &mut Parser<'_>, late: bool) {
 // }
 // library nav { }
 fn library(p: &mut Parser<'_>) {
-    named_list(p, LIBRARY, LIBRARY);
+    named_list(p, LIBRARY);
 }
 
 /// `keyword Name { … }`
-fn named_list(p: &mut Parser<'_>, kind: SyntaxKind, items: SyntaxKind) {
+fn named_list(p: &mut Parser<'_>, kind: SyntaxKind) {
     node(p, kind, |p| {
         name(p);
-        list(p, items);
+        list(p, kind);
     });
 }
 

@@ -89,20 +89,20 @@ impl RunCommand {
             return Ok(Output::verbatim("", 1));
         }
         let host = host_called(&db, (project, deployment), self.host.as_deref())?;
-        self.check_topics(&db, project, deployment, host)?;
+        let has_topics = self.check_topics(&db, project, deployment, host)?;
         if !self.simulate_time && !self.allow_non_realtime && !self.build_only {
             check_cpus(&db, project, deployment, host)?;
         }
         check_tools()?;
         warn_of_deadlines(&db, &workspaces, &[(project, Some(deployment))])?;
-        let program = self.build(&db, project, deployment, host)?;
+        let program = self.build(&db, project, deployment, host, has_topics)?;
         if self.build_only {
             return Ok(Output::escaped(format!("{}\n", program.display()), 0));
         }
         Err(execute(&program, &arguments))
     }
 
-    /// Says whether there are topics, and what they need.
+    /// Returns whether the program has topics, and says what they need.
     ///
     /// # Errors
     ///
@@ -113,7 +113,7 @@ impl RunCommand {
         project: Project<'db>,
         deployment: Decl<'db>,
         host: Option<usize>,
-    ) -> Result<(), String> {
+    ) -> Result<bool, String> {
         let found = ros2_of(db, project, deployment);
         let has_topics = found.topics_of(host.unwrap_or_default()).next().is_some();
         if self.simulate_time && has_topics && host.is_some() {
@@ -121,7 +121,7 @@ impl RunCommand {
         }
         let with_topics = !self.simulate_time && (self.ros2 || host.is_some());
         match (with_topics, has_topics) {
-            (true, false) if host.is_some() => Ok(()),
+            (true, false) if host.is_some() => Ok(false),
             (true, false) => Err(format!(
                 "`{}` has no topics: write `[ros2]` with a `gateway` into mauve.toml, and leave a port whose type is a message without \
                  a connection, or name it in `topics`",
@@ -132,9 +132,9 @@ impl RunCommand {
             ),
             (false, true) if !self.simulate_time => {
                 say("topics of ROS 2 are not made without --ros2");
-                Ok(())
+                Ok(false)
             }
-            _ => Ok(()),
+            _ => Ok(with_topics),
         }
     }
 
@@ -176,6 +176,7 @@ impl RunCommand {
         project: Project<'db>,
         deployment: Decl<'db>,
         host: Option<usize>,
+        has_topics: bool,
     ) -> Result<PathBuf, String> {
         let root = project.root(db).path(db);
         let codels = match &self.codels {
@@ -187,13 +188,7 @@ impl RunCommand {
             None => packages_with_stubs(db, project, deployment).unwrap_or_default(),
         };
         // The project has no problems: they were reported.
-        let (has_topics, programs) = match host {
-            Some(host) => {
-                let has_topics = ros2_of(db, project, deployment).topics_of(host).next().is_some();
-                (has_topics && !self.simulate_time, Programs::OfHost(host))
-            }
-            None => (self.ros2, Programs::Whole),
-        };
+        let programs = host.map_or(Programs::Whole, Programs::OfHost);
         all.extend(standalone(db, project, Some(deployment), has_topics, programs));
         let program = program_in(&all).ok_or("the deployment has no program")?;
         if let Some(package) = all.last_mut().filter(|_| self.inputs) {
