@@ -176,8 +176,7 @@ impl<'db> Diagnostic<'db> {
         self
     }
 
-    /// Adds a suggestion for the unresolved `path`: a library to use, a file to include, or `near`, a similar
-    /// name.
+    /// Adds a suggestion for the unresolved `path`: a library to use, a file to include, or `near`, a similar name.
     fn look_elsewhere(
         mut self,
         scope: Scope<'db>,

@@ -86,8 +86,8 @@ impl<'db> Scope<'db> {
         found.map(Location::name_of)
     }
 
-    /// Returns the type that `path` is most likely a misspelling of: a built-in type, a message of a package
-    /// that its library uses, or a type that `mauve.toml` declares.
+    /// Returns the type that `path` is most likely a misspelling of: a built-in type, a message of a package that the library uses, or a
+    /// type that `mauve.toml` declares.
     pub(super) fn similar_type(self, path: &[Name]) -> Option<String> {
         let Scope { db, project, of } = self;
         let workspace = project.workspace(db);

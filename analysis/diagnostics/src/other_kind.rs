@@ -51,7 +51,7 @@ impl<'db> Scope<'db> {
         decl.library(db).as_ref().map(|library| format!("{library}.{name}").into())
     }
 
-    /// Returns `path` with the library that declares it, if `path` has another one.
+    /// Returns the name of the only declaration that is called like `path`, with its library: the library in `path` is wrong.
     pub(super) fn in_right_library(self, kind: Kind, path: &[Name]) -> Option<Name> {
         let [_, name] = path else { return None };
         match names_of(self.db, self.project).anywhere(kind, name) {

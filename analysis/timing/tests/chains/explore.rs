@@ -174,7 +174,7 @@ impl Exploration<'_> {
         }
     }
 
-    /// Returns the first task of the thread of a task, if that is another one: it is released first.
+    /// Returns the first task of the thread that executes this one; none if this one is the first, or has no thread.
     fn mate(&self, place: usize) -> Option<usize> {
         self.system.tasks[..place]
             .iter()
