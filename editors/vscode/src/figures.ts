@@ -120,6 +120,10 @@ export class Figures implements vscode.Disposable {
     if (figures !== undefined) {
       const moves = figures.map((figure) => ({ ...figure, position: contentChanges.reduce(moved, figure.position) }));
       this.shown.set(key, moves);
+      if (this.late.has(key)) {
+        // They were drawn when VS Code may have known of this change already: then each stands beside another line.
+        this.drawAll(key);
+      }
     }
     // An answer that is on its way may be older than the change.
     this.asking.forEach((asked) => (asked.again = true));
