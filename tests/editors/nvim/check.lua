@@ -466,7 +466,7 @@ end)
 
 check('document symbols', function()
   local parameters = { textDocument = vim.lsp.util.make_text_document_params(deployment) }
-  local replies = vim.lsp.buf_request_sync(deployment, 'textDocument/documentSymbol', parameters, 5000) or {}
+  local replies = vim.lsp.buf_request_sync(deployment, 'textDocument/documentSymbol', parameters, 60000) or {}
   local names = {}
   local function collect(symbols)
     for _, symbol in ipairs(symbols) do
@@ -491,7 +491,7 @@ local function completions(keys)
     end
     asked = asked + 1
     local items = vim.fn.complete_info({ 'items' }).items or {}
-    if #items > 0 or asked > 50 then
+    if #items > 0 or asked > 600 then
       timer:close()
       for _, item in ipairs(items) do
         table.insert(words, item.word)

@@ -2,6 +2,9 @@
 
 local M = { folder = vim.env.MAUVE_TEST_FOLDER }
 
+-- A slow machine takes long for a step, and no longer than this (ms). Where the server is not there, nothing comes.
+local PATIENCE = vim.fn.executable(vim.env.MAUVE_TEST_SERVER) == 1 and 60000 or 5000
+
 local current
 local function fail(message)
   io.stderr:write(('\n%s:\n%s\nmessages:\n%s\n'):format(current, message, vim.fn.execute('messages')))
@@ -32,7 +35,7 @@ end
 ---@param expected string  what is waited for, in words
 function M.wait(expected, look, accept)
   local seen
-  local met = vim.wait(5000, function()
+  local met = vim.wait(PATIENCE, function()
     vim.cmd.redraw()
     seen = look()
     return accept(seen) and true or false

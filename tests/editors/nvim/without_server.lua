@@ -1,7 +1,7 @@
 -- What the plugin does by itself. Run by ./run, with a server that is not there.
 
 local checking = dofile(vim.fs.joinpath(vim.fs.dirname(debug.getinfo(1, 'S').source:sub(2)), 'checking.lua'))
-local check, equal = checking.check, checking.equal
+local check, equal, wait = checking.check, checking.equal, checking.wait
 
 local notified = {}
 vim.notify = function(message)
@@ -41,6 +41,11 @@ check('.mal is MAUVE by its content', function()
 end)
 
 check('a server that is not there is said once', function()
+  wait('a message', function()
+    return #notified
+  end, function(count)
+    return count > 0
+  end)
   vim.wait(200)
   equal(1, #notified, table.concat(notified, '\n'))
   equal(true, notified[1]:find('cannot run "' .. vim.env.MAUVE_TEST_SERVER .. '": install it, or set', 1, true) ~= nil)

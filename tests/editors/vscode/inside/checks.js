@@ -26,7 +26,7 @@ function at(document, text, word = text) {
 
 /** The result of a command, asked again until it is as expected: what is shown first may be of an earlier moment. */
 async function ask(command, isExpected, ...parameters) {
-  const end = Date.now() + 30_000;
+  const end = Date.now() + 120_000;
   let seen;
   do {
     seen = await vscode.commands.executeCommand(command, ...parameters);
@@ -76,7 +76,7 @@ async function quiet() {
 
 /** Says yes to the change that VS Code shows, and waits until nothing is left to complain of, nor to be saved. */
 async function confirmed(complaint) {
-  for (const end = Date.now() + 60_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
+  for (const end = Date.now() + 240_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
     await vscode.commands.executeCommand("refactorPreview.apply");
     const dirty = vscode.workspace.textDocuments.filter((it) => it.isDirty).map((it) => it.fileName);
     const said = complaint();
