@@ -79,11 +79,15 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
          component Giver(GiverShell, GiverCore)\n\
          shell TakerShell { require ask(): int }\ncore TakerCore(TakerShell) { update = { } }\n\
          component Taker(TakerShell, TakerCore)\n\
-         architecture A { instance giver: Giver  instance a: C  instance b: C  instance taker: Taker\n\
-         connection a.told -> [4] b.heard  operation giver.ask -> taker.ask }\n\
+         shell BothShell { input port heard: int  input port seen: int }\ncore BothCore(BothShell) { update = { } }\n\
+         component Both(BothShell, BothCore)\n\
+         architecture A { instance giver: Giver  instance a: C  instance b: C  instance taker: Taker  instance c: Both\n\
+         connection a.told -> [4] b.heard  connection a.told -> c.heard  connection b.told -> c.seen\n\
+         operation giver.ask -> taker.ask }\n\
          deployment D { architecture A\n\
          activity all { instances = [taker, a, giver]  priority = 2  period = 10  affinity = 1 }\n\
-         activity b { priority = 3  trigger = heard  least = 30  burst = 2  affinity = 1 } }\n";
+         activity b { priority = 3  trigger = heard  least = 30  burst = 2  affinity = 1 }\n\
+         activity c { priority = 4  trigger = all [heard, seen]  least = 20  affinity = 1 } }\n";
     let files = vec![("/robot.mal".into(), model.to_owned())];
     let packages = generated("/".into(), files);
     let (calls, error) = run(script(&packages), "");
@@ -100,7 +104,14 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
     };
     assert_eq!(
         of(&["mauve_released_by", "connect"]),
-        ["mauve_released_by b heard 0.03 2", "connect a.told b.heard CIRCULAR_BUFFER 4"]
+        [
+            "mauve_released_by b heard 0.03 2 false",
+            "mauve_released_by c heard 0.02 1 true",
+            "mauve_released_by c seen 0.02 1 true",
+            "connect a.told b.heard CIRCULAR_BUFFER 4",
+            "connect a.told c.heard DATA",
+            "connect b.told c.seen DATA",
+        ]
     );
     assert_eq!(
         of(&["setActivity", "setMasterSlaveActivity", "mauve_executes", "setCpuAffinity", "mauve_runs_as"]),
@@ -117,6 +128,9 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
             "setActivity b 0 3 ORO_SCHED_RT",
             "setCpuAffinity b 1",
             "mauve_runs_as b 3 1",
+            "setActivity c 0 4 ORO_SCHED_RT",
+            "setCpuAffinity c 1",
+            "mauve_runs_as c 4 1",
         ]
     );
     assert_eq!(of(&["start"]), ["start a", "start b", "start taker", "start giver"]);

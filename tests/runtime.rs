@@ -82,8 +82,10 @@ struct Task {
     cpus: u64,
     /// The times of its jobs, again and again.
     times: Vec<u64>,
-    /// The number of the task whose jobs write what releases it, if one does, and how often in a period at most.
-    source: Option<usize>,
+    /// The numbers of the tasks whose jobs write what releases it, if some do; whether it needs data of all; and how often in a period at
+    /// most.
+    sources: Vec<usize>,
+    needs_all: bool,
     burst: u64,
     /// The number of the task whose thread executes it, if it shares one.
     thread: Option<usize>,
@@ -95,15 +97,18 @@ fn share_threads_and_release(random: &mut Random, tasks: &mut [Task]) {
         let (before, rest) = tasks.split_at_mut(index);
         let (Some(last), Some(task)) = (before.last(), rest.first_mut()) else { continue };
         match random.up_to(3) {
-            0 if last.source.is_none() => {
+            0 if last.sources.is_empty() => {
                 let thread = Some(last.thread.unwrap_or(index - 1));
                 let times = std::mem::take(&mut task.times);
                 let (priority, cpus) = (last.priority, last.cpus);
-                *task =
-                    Task { period: last.period, offset: last.offset, priority, cpus, times, thread, ..*task };
+                let (period, offset, sources) = (last.period, last.offset, Vec::new());
+                *task = Task { period, offset, priority, cpus, times, thread, sources, ..*task };
             }
             1 => {
-                task.source = Some(random.up_to(index as u64 - 1) as usize);
+                task.sources =
+                    (0..=random.up_to(1)).map(|_| random.up_to(index as u64 - 1) as usize).collect();
+                task.sources.dedup();
+                task.needs_all = random.up_to(1) == 0;
                 task.burst = 1 + random.up_to(2);
             }
             _ => {}
@@ -130,7 +135,8 @@ fn tasks(random: &mut Random, cpus: u64, shares_cpus: bool) -> Vec<Task> {
             priority,
             cpus: mask,
             times,
-            source: None,
+            sources: Vec::new(),
+            needs_all: false,
             burst: 1,
             thread: None,
         }
@@ -149,12 +155,12 @@ fn activities(tasks: &[Task]) -> Tasks {
             cost: Time::from_nanos(*time),
         });
         let machine = StateMachine::new(count, edges.collect()).unwrap();
-        let offset = task.source.is_none().then_some(Time::from_nanos(task.offset));
+        let offset = task.sources.is_empty().then_some(Time::from_nanos(task.offset));
         let period = Time::from_nanos(task.period);
         mauve_timing::Task {
             offset,
             cpus: Some(CpuSet(task.cpus.into())),
-            is_sporadic: task.source.is_some(),
+            is_sporadic: !task.sources.is_empty(),
             burst: task.burst,
             thread: task.thread.or(mates(index).then_some(index)).map(|thread| thread as u32),
             ..mauve_timing::Task::new(task.priority, period, machine)
@@ -166,10 +172,13 @@ fn activities(tasks: &[Task]) -> Tasks {
 /// The greatest response time of each task on the virtual clock.
 fn on_the_virtual_clock(program: &Path, cpus: u64, tasks: &[Task]) -> Vec<Option<Time>> {
     let mut input = format!("{} {LAST_RELEASE}\n", (1 << cpus) - 1);
-    for Task { period, offset, priority, cpus, times, source, burst, thread } in tasks {
-        let [source, thread] = [source, thread].map(|task| task.map_or(-1, |task| task as i64));
+    for Task { period, offset, priority, cpus, times, sources, needs_all, burst, thread } in tasks {
+        let sources: Vec<String> = sources.iter().map(usize::to_string).collect();
+        let sources = sources.join(if *needs_all { "&" } else { "," });
+        let sources = if sources.is_empty() { "-1" } else { &sources };
+        let thread = thread.map_or(-1, |task| task as i64);
         let _ =
-            write!(input, "{period} {offset} {priority} {cpus} {burst} {source} {thread} {}", times.len());
+            write!(input, "{period} {offset} {priority} {cpus} {burst} {sources} {thread} {}", times.len());
         times.iter().for_each(|time| input += &format!(" {time}"));
         input.push('\n');
     }
@@ -226,6 +235,11 @@ fn orocos_virtual_clock_releases_by_data_and_in_shared_threads() {
         (1, "5 0 1 1 -1 -1 -1 20 12 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2 2", "20 12\n"),
         // Data during a late job releases the next one in its gap's end, which is before its begin.
         (3, "10 0 1 1 -1 -1 -1 1 1\n15 0 1 2 1 0 -1 2 20 1", "10 1\n7 20\n"),
+        // Data comes at 1, 11, 21, … and at 6, 36, 66 and 96: any releases a job; all do when the second has come.
+        (7, "10 0 2 1 -1 -1 -1 1 1\n30 5 1 2 -1 -1 -1 1 1\n5 0 1 4 1 0,1 -1 1 1", "10 1\n4 1\n14 1\n"),
+        (7, "10 0 2 1 -1 -1 -1 1 1\n30 5 1 2 -1 -1 -1 1 1\n5 0 1 4 1 0&1 -1 1 1", "10 1\n4 1\n4 1\n"),
+        // A gap of 20 delays those at 6, 11 and 21 to 21, …; all that comes in a gap is for its end.
+        (7, "10 0 2 1 -1 -1 -1 1 1\n30 5 1 2 -1 -1 -1 1 1\n20 0 1 4 1 0,1 -1 1 1", "10 1\n4 1\n5 1\n"),
     ] {
         assert_eq!(clock(&program, &format!("{cpus} 100\n{tasks}\n")), expected, "{tasks}");
     }
@@ -249,7 +263,7 @@ fn orocos_virtual_clock_keeps_the_bounds_of_threads_and_of_releases_by_data() {
             let Some(found) = *found else { continue };
             assert!(found <= *bound, "round {round}, task {number}: {found} above {bound}");
             shared += usize::from(tasks[number].thread.is_some());
-            released += usize::from(tasks[number].source.is_some());
+            released += usize::from(!tasks[number].sources.is_empty());
             late += usize::from(found > Time::from_nanos(tasks[number].period));
         }
     }

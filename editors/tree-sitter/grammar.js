@@ -118,7 +118,8 @@ export default grammar({
         seq(alias($._rate, $.name_ref), '=', choice(seq($._expr, optional(alias('Hz', $.identifier))), $.value_list)),
       ),
     _rate: ($) => alias('rate', $.identifier),
-    value_list: ($) => seq('[', optional(separated($._expr)), ']'),
+    // The word is `any` or `all`: the checks report others.
+    value_list: ($) => seq(optional($.identifier), '[', optional(separated($._expr)), ']'),
 
     block: ($) => list($._statement),
     _statement: ($) =>

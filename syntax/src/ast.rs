@@ -4,7 +4,7 @@
 //! tells whether a node is complete.
 
 use crate::keywords::{ActivityField, Direction};
-use crate::{SyntaxKind, TextRange};
+use crate::{SyntaxKind, SyntaxToken, TextRange};
 
 pub use crate::generated::AstNode;
 pub use crate::generated::nodes::*;
@@ -29,6 +29,13 @@ impl Field {
         let list = self.value_list().map(|list| list.syntax().text_range());
         let value = self.expr().map(|value| value.syntax().text_range()).or(list)?;
         Some(token(self.syntax(), SyntaxKind::IDENT).map_or(value, |unit| value.cover(unit.text_range())))
+    }
+}
+
+impl ValueList {
+    /// Returns the word before it: `any` or `all`.
+    pub fn word(&self) -> Option<SyntaxToken> {
+        token(self.syntax(), SyntaxKind::IDENT)
     }
 }
 

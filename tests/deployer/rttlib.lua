@@ -55,7 +55,7 @@ local function new_task(name)
     end,
     mauve_has_buffer = function(_, ...) check(1, ...) return done("mauve_has_buffer", name, ...) end,
     mauve_released_by = function(_, ...)
-      check(3, ...)
+      check(4, ...)
       assert(not connected[name .. "." .. (...)], "a port that is connected loses its connections")
       return done("mauve_released_by", name, ...)
     end,

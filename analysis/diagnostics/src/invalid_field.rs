@@ -48,7 +48,7 @@ fn expected(why: &InvalidValue) -> String {
         InvalidValue::NoTime(why) => format!("{} ({})", FieldKind::Time.expected(), no_time(why)),
         InvalidValue::CpuZero => "CPUs from 1, the first one".to_owned(),
         InvalidValue::UnknownCpuSet(..) => FieldKind::CpuList.expected().to_owned(),
-        InvalidValue::NoInputPort(..) => FieldKind::Port.expected().to_owned(),
+        InvalidValue::NoInputPort(..) => FieldKind::Ports.expected().to_owned(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! # never-triggered
 //!
-//! Data at the port that `trigger` names releases an activity, and no component writes it: no connection leads to the port, or the core of the
-//! writer never writes its port. The activity never executes.
+//! Data at a port that `trigger` names releases an activity, and nothing writes it: no connection leads to the port and it is no topic of
+//! ROS 2, or the core of the writer never writes its port. The activity never executes.
 //!
 //! ```mauve
 //! shell Eye { output port frame: int }
@@ -20,7 +20,7 @@
 //! }
 //! ```
 //!
-//! Connect the port to an output that is written, or give the activity a period. A topic of ROS 2 releases no activity.
+//! Connect the port to an output that is written, name its topic in `[ros2] topics` of mauve.toml, or give the activity a period.
 
 use super::*;
 
@@ -31,7 +31,7 @@ pub(super) fn report<'db>(
 ) -> Diagnostic<'db> {
     let why = match writer {
         Some((writer, output)) => format!("`{writer}` never writes `{output}`, which is connected to it"),
-        None => "no connection leads to it; a topic releases none: connect the port, or write a `period`".to_owned(),
+        None => "no connection leads to it: connect it, name its topic in `[ros2] topics`, or write a `period`".to_owned(),
     };
     let message = format!("nothing releases `{instance}`: data at `{port}` does, and {why}");
     Diagnostic::new(&NEVER_TRIGGERED, at, message)

@@ -172,6 +172,82 @@ deployment D { architecture A  activity all { instances = [ORDER]  priority = 3 
     );
 }
 
+/// Sensors of 40 and 50 ms whose data releases one component, each on a CPU of its own, and an actuator that releases follow.
+#[test]
+fn data_at_several_ports_releases_a_component() {
+    let merged = |trigger: &str| {
+        let deployment = "
+architecture A {
+  instance s: Sensor  instance t: Sensor  instance m: Merge  instance a: Actuator
+  connection s.o -> m.i  connection t.o -> m.j  connection m.o -> a.i
+}
+deployment D {
+  architecture A
+  activity s { priority = 4 period = 40 affinity = 1 }
+  activity t { priority = 3 period = 50 affinity = 2 }
+  activity m { priority = 2 TRIGGER affinity = 4 }
+  activity a { priority = 1 trigger = i least = 10 affinity = 8 }
+}
+";
+        format!("{PARTS}{}{TIMES}", deployment.replace("TRIGGER", trigger))
+    };
+    // What `s` samples 40 ms after the change arrives 1 ms later, when data of `t` may have released a job just before: 20 ms, and 2 + 3.
+    check(&merged("trigger = any [i, j] least = 20"), expect![[r#""#]]);
+    // It may have to wait for data of `t`, 50 + 1 ms; that of `t`, for 40 + 1.
+    check(&merged("trigger = all [i, j] least = 20"), expect![[r#""#]]);
+    // A gap of 60 ms is longer than that.
+    check(&merged("trigger = all [i, j] least = 60"), expect![[r#""#]]);
+    // In a circle, each has a bound where something else releases one of them.
+    let circle = |trigger: &str| {
+        let deployment = "
+architecture A {
+  instance s: Sensor  instance m: Merge  instance f: Filter  instance a: Actuator
+  connection s.o -> m.i  connection m.o -> f.i  connection f.o -> m.j  connection f.o -> a.i
+}
+deployment D {
+  architecture A
+  activity s { priority = 4 period = 40 affinity = 1 }
+  activity m { priority = 3 trigger = WORD [j, i] least = 20 affinity = 2 }
+  activity f { priority = 2 trigger = i least = 20 affinity = 4 }
+  activity a { priority = 1 period = 30 affinity = 8 }
+}
+";
+        format!("{PARTS}{}{TIMES}", deployment.replace("WORD", trigger))
+    };
+    check(&circle("any"), expect![[r#""#]]);
+    check(&circle("all"), expect![[r#""#]]);
+}
+
+/// A sample of a topic is written by the gateway, every 5 ms, and releases the filter: once in 20 ms.
+#[test]
+fn a_topic_releases_a_component() {
+    let model = "
+architecture A { instance f: Filter  instance a: Actuator  connection f.o -> a.i }
+deployment D {
+  architecture A
+  activity f { priority = 2 trigger = i least = 20 affinity = 1 }
+  activity a { priority = 1 trigger = i least = 10 affinity = 2 }
+}
+//- /times.toml
+[codel]
+check = 2
+act = 3
+[access]
+'ros2.f.i' = 0.5
+//- /mauve.toml
+timing.tables = ['times.toml']
+[ros2]
+gateway = { priority = 20, period = '5 ms', cpus = [3] }
+topics = { 'f.i' = '/in' }
+[[platform.other]]
+name = 'recv'
+period = '1 s'
+time = '1 us'
+cpus = [3]
+";
+    check(&format!("{PARTS}{model}"), expect![[r#""#]]);
+}
+
 /// Two ways to one actuator, and one to another.
 const DIAMOND: (&str, &str) = (
     "s: Sensor, f: Filter, g: Filter, m: Merge, a: Actuator, b: Actuator",

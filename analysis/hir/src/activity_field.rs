@@ -4,7 +4,7 @@
 //! follow the table; `diagnostics/tests/tables.rs` writes the lists of the highlighters and the table of the reference from it.
 
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
-use mauve_timing::{CpuSet, Rounding, Time, TimeError, Unit};
+use mauve_timing::{CpuSet, Needs, Rounding, Time, TimeError, Unit};
 
 use crate::item_tree::{BinaryOperator, Expr, Field, Literal, Name, NameRef, SourceId, UnaryOperator};
 use crate::values::whole_number;
@@ -47,8 +47,8 @@ pub enum FieldKind {
     Rate,
     /// A number of releases.
     Count,
-    /// The name of an input port.
-    Port,
+    /// The name of an input port, or `any` or `all` with a list of some.
+    Ports,
     /// A list of instances.
     Instances,
 }
@@ -64,9 +64,12 @@ pub enum FieldValue {
     /// A time, and whether it is exact.
     Time(Time, bool),
     Count(u32),
-    Port(NameRef),
+    Ports(Vec<NameRef>, Needs),
     Instances,
 }
+
+/// The greatest number of ports that release an activity: a release notes each in a bit of one word.
+const MOST_TRIGGERS: usize = 64;
 
 /// The greatest number of releases in a period.
 pub const GREATEST_BURST: u32 = 1000;
@@ -94,10 +97,11 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
         values: "1 to 99, the highest is 99; or background",
         meaning: "The priority of the activity, from 1 (lowest) to 99 (highest), or `background`. An activity preempts all \
                   activities of lower priority on its CPU." },
-    FieldEntry { field: ActivityField::Trigger, kind: FieldKind::Port, default: Some("its clock"), only_real_time: false,
+    FieldEntry { field: ActivityField::Trigger, kind: FieldKind::Ports, default: Some("its clock"), only_real_time: false,
         other_names: &["event", "event_port", "on", "port"], example: "scan",
-        values: "the input port whose data releases it",
-        meaning: "The input port of the instance whose data releases the activity, instead of a clock." },
+        values: "the input port whose data releases it, or any or all of several: any [scan, odometry]",
+        meaning: "The input port of the instance whose data releases the activity, instead of a clock: `scan`; the first data at \
+                  one of several ports: `any [scan, odometry]`; or data at each of them: `all [left, right]`." },
     FieldEntry { field: ActivityField::Least, kind: FieldKind::PositiveTime, default: Some("what `period` says"), only_real_time: false,
         other_names: &["min", "gap", "interarrival"], example: "30",
         values: "the least time between two releases by data, in milliseconds",
@@ -220,7 +224,9 @@ impl FieldKind {
             FieldKind::PositiveTime => "a time in milliseconds greater than 0",
             FieldKind::Rate => "a number of releases per second greater than 0, such as `30 Hz`",
             FieldKind::Count => "a whole number from 1 to 1000",
-            FieldKind::Port => "the name of an input port",
+            FieldKind::Ports => {
+                "the name of an input port, or `any` or `all` with a list of some, such as `any [scan, odometry]`"
+            }
             FieldKind::Instances => "a list of instances, such as `[imu, gps]`",
         }
     }
@@ -235,8 +241,10 @@ impl FieldKind {
     /// # Errors
     ///
     /// A field of this kind cannot have the value.
-    pub fn read(self, Field { name, value, list, .. }: &Field) -> Result<FieldValue, InvalidValue> {
+    pub fn read(self, Field { name, value, list, word, .. }: &Field) -> Result<FieldValue, InvalidValue> {
         let found = match (self, list) {
+            (FieldKind::Ports, Some(list)) => ports(list, word.as_deref()),
+            _ if word.is_some() => None,
             (FieldKind::CpuList, Some(list)) => cpus(list)?.map(FieldValue::Cpus),
             (FieldKind::CpuList, None) => match integer(value) {
                 Some(cpu) => return Err(InvalidValue::NoList(self, format!("[{cpu}]").into())),
@@ -261,7 +269,9 @@ impl FieldKind {
             (FieldKind::Count, _) => {
                 integer(value).filter(|it| (1..=GREATEST_BURST).contains(it)).map(FieldValue::Count)
             }
-            (FieldKind::Port, _) => value.as_name().cloned().map(FieldValue::Port),
+            (FieldKind::Ports, _) => {
+                value.as_name().map(|port| FieldValue::Ports(vec![port.clone()], Needs::Any))
+            }
             (FieldKind::Time, _) => Some(time(value, Rounding::Up).map_err(InvalidValue::NoTime)?),
             (FieldKind::PositiveTime, _) => {
                 Some(time(value, Rounding::Down).map_err(InvalidValue::NoTime)?).filter(is_positive)
@@ -274,6 +284,17 @@ impl FieldKind {
 
 fn is_positive(value: &FieldValue) -> bool {
     matches!(value, FieldValue::Time(time, _) if *time > Time::ZERO)
+}
+
+/// Returns the ports of `any [scan, odometry]`; `None` where it is no such list.
+fn ports(list: &[Expr], word: Option<&str>) -> Option<FieldValue> {
+    let needs = match word? {
+        "any" => Needs::Any,
+        "all" => Needs::All,
+        _ => return None,
+    };
+    let ports: Option<Vec<NameRef>> = list.iter().map(|it| it.as_name().cloned()).collect();
+    Some(FieldValue::Ports(ports.filter(|it| (1..=MOST_TRIGGERS).contains(&it.len()))?, needs))
 }
 
 /// Returns the CPUs in a list of numbers; `None` where it is no such list.

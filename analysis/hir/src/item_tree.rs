@@ -852,6 +852,16 @@ pub struct Field {
     pub value: Expr,
     /// The elements of `[…]`.
     pub list: Option<Vec<Expr>>,
+    /// The word before the list: `any` or `all`.
+    pub word: Option<Name>,
     /// The source of the value, with the unit of a rate.
     pub value_id: SourceId,
+}
+
+impl Field {
+    /// Returns the names that are its value, or in its list.
+    pub fn names(&self) -> impl Iterator<Item = &NameRef> {
+        let listed = self.list.as_deref().unwrap_or(std::slice::from_ref(&self.value));
+        listed.iter().filter_map(|it| it.as_name())
+    }
 }

@@ -851,7 +851,8 @@ impl Lowering<'_> {
                 let names = elements.iter().flatten().filter_map(|it: &Expr| it.as_name());
                 listed.get_or_insert_default().extend(names.cloned());
             }
-            fields.push(Field { name, value, list: elements.filter(|_| is_complete), value_id });
+            let word = field.value_list().and_then(|it| it.word()).map(|it| it.text().into());
+            fields.push(Field { name, value, list: elements.filter(|_| is_complete), word, value_id });
         }
         let is_named = !name.name.is_empty();
         let instances = listed.unwrap_or_else(|| is_named.then(|| name.clone()).into_iter().collect());

@@ -343,8 +343,8 @@ impl<'db> NameFinder<'db> {
         let Some(target) = first_target_of(self.db, self.project, self.of) else { return };
         for activity in &data.activities {
             activity.instances.iter().for_each(|instance| self.instance(target, instance));
-            let trigger = activity.field(ActivityField::Trigger).and_then(|it| it.value.as_name());
-            if let Some((port, instance)) = trigger.zip(activity.instances.first()) {
+            let ports = activity.field(ActivityField::Trigger).into_iter().flat_map(|it| it.names());
+            for (port, instance) in ports.zip(activity.instances.first().into_iter().cycle()) {
                 self.feature_of_instance(target, instance, port, OccurrenceRole::Read);
             }
         }

@@ -7,7 +7,7 @@ use mauve_hir::{
     Decl, FeatureOf, Flat, FlatInstance, Hosts, Integer, Location, ModelDb, Type, Value, ValueInEffect,
     closure, core as core_data, core_of, deployment, file_and_line, hosts_of, platform_of, values_in_effect,
 };
-use mauve_timing::{CpuSet, Time};
+use mauve_timing::{CpuSet, Needs, Time};
 use mauve_wcrt::{Priority, ResolvedActivity, system_of};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -63,8 +63,10 @@ pub(crate) struct DeployedTask {
     pub(crate) has_values: bool,
     /// The task of its activity, with the CPUs that a script can set.
     pub(crate) activity: mauve_timing::Task,
-    /// The input whose data release it, if some do.
-    pub(crate) trigger: Option<String>,
+    /// The inputs whose data release it, if some do.
+    pub(crate) triggers: Vec<String>,
+    /// Whether it needs data at each of them.
+    pub(crate) needs_all: bool,
     /// The number of its activity, in the order of threads.
     place: usize,
 }
@@ -264,7 +266,8 @@ fn task<'db>(
         values: values.filter(|it| set.contains(&it.name)).filter_map(value).collect(),
         has_values: !in_effect.is_empty(),
         activity: activity(hosts_of(db, project.workspace(db)), activities, resolved),
-        trigger: resolved.trigger.as_ref().map(|port| script_name(port)),
+        triggers: resolved.trigger.iter().flat_map(|it| &it.ports).map(|port| script_name(port)).collect(),
+        needs_all: resolved.trigger.as_ref().is_some_and(|it| it.needs == Needs::All),
         place,
     })
 }

@@ -42,7 +42,7 @@ pub(crate) fn script(deployed: &RunnableDeployment) -> String {
         ("read", lines(with_values.map(|task| format!("read({})", lua_string(&task.name))))),
         ("connections", connections(deployed)),
         ("operations", lines(operations)),
-        ("triggers", lines(deployed.tasks.iter().filter_map(trigger))),
+        ("triggers", lines(deployed.tasks.iter().flat_map(triggers))),
         ("activities", lines(deployed.threads().iter().flat_map(|thread| activities(thread)))),
         ("topics", flag(streams.is_some_and(|it| it.all_topics().next().is_some()))),
         ("streams", streams.map_or_else(String::new, streamed)),
@@ -94,12 +94,14 @@ fn connections(deployed: &RunnableDeployment) -> String {
     }))
 }
 
-/// Returns the step that lets data release an instance.
-fn trigger(task: &DeployedTask) -> Option<String> {
-    let (port, name) = (lua_string(task.trigger.as_ref()?), lua_string(&task.name));
+/// Returns the steps that let data release an instance.
+fn triggers(task: &DeployedTask) -> impl Iterator<Item = String> {
+    let (name, what) = (lua_string(&task.name), format!("let data release {}", task.name));
     let (least, burst) = (task.seconds(), task.activity.burst.max(1));
-    let call = format!("task({name}):mauve_released_by({port}, {least}, {burst})");
-    Some(step(&call, &format!("let data release {}", task.name)))
+    let calls = task.triggers.iter().map(move |port| {
+        format!("task({name}):mauve_released_by({}, {least}, {burst}, {})", lua_string(port), task.needs_all)
+    });
+    calls.map(move |call| step(&call, &what))
 }
 
 /// Returns the steps that give the instances of a thread their activities: the last one executes the others before itself.
@@ -125,13 +127,13 @@ fn activities(thread: &[&DeployedTask]) -> Vec<String> {
 fn activity(task: &DeployedTask) -> Vec<String> {
     let DeployedTask { name, activity, .. } = task;
     let mut all = Vec::new();
-    if activity.period.is_none() && task.trigger.is_none() {
+    if activity.period.is_none() && task.triggers.is_empty() {
         all.push(comment(BACKGROUND));
     }
     let real_time = activity.priority.real_time();
     let scheduler = if real_time.is_some() { "ORO_SCHED_RT" } else { "ORO_SCHED_OTHER" };
     // What data releases has no period.
-    let period = if task.trigger.is_some() { "0.0".to_owned() } else { task.seconds() };
+    let period = if task.triggers.is_empty() { task.seconds() } else { "0.0".to_owned() };
     let priority = real_time.unwrap_or_default();
     let (quoted, what) = (lua_string(name), format!("create the activity of {name}"));
     let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");

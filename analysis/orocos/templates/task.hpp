@@ -53,10 +53,11 @@ class MauveTask : public RTT::TaskContext {
         .doc("The connection of this input has a buffer, which the component clears when it starts.")
         .arg("port", "the name of an input");
     addOperation("mauve_released_by", &MauveTask::mauve_released_by, this, RTT::ClientThread)
-        .doc("Data at this input releases the component. To be called before the input is connected.")
+        .doc("Data at this input releases the component. To be called for each such input, before it is connected.")
         .arg("port", "the name of an input")
         .arg("least", "the gap between releases, in seconds")
-        .arg("burst", "the number of releases in that time");
+        .arg("burst", "the number of releases in that time")
+        .arg("needs_all", "whether a release needs data at all of these inputs, and not only at one");
     addOperation("mauve_executes", &MauveTask::mauve_executes, this, RTT::ClientThread)
         .doc("The component's thread executes each period of a peer before its own: a slave activity.")
         .arg("peer", "the name of the peer");
@@ -93,21 +94,24 @@ class MauveTask : public RTT::TaskContext {
 
   // Executed by the deployer's thread, before the input is connected. Without Orocos, MAUVE's own runtime
   // releases the component.
-  bool mauve_released_by(const std::string& port, double least, unsigned int burst) {
-    trigger_ = getPort(port);
+  bool mauve_released_by(const std::string& port, double least, unsigned int burst, bool needs_all) {
+    RTT::base::PortInterface* const trigger = getPort(port);
+    triggers_.push_back({trigger, 0, false});
     least_ = least;
+    needs_all_ = needs_all;
     releases_.assign(burst == 0 ? 1 : burst, 0.0);
 #ifndef MAUVE_RUNTIME
-    auto* const input = dynamic_cast<RTT::base::InputPortInterface*>(trigger_);
+    auto* const input = dynamic_cast<RTT::base::InputPortInterface*>(trigger);
     if (input == nullptr) return false;
     // A port is added once.
     ports()->removePort(port);
-    ports()->addEventPort(*input, [this](RTT::base::PortInterface*) {
-      ++unread_;
-      mauve_release();
+    const std::size_t index = triggers_.size() - 1;
+    ports()->addEventPort(*input, [this, index](RTT::base::PortInterface*) {
+      ++triggers_[index].unread;
+      mauve_release(triggers_[index]);
     });
 #endif
-    return trigger_ != nullptr;
+    return trigger != nullptr;
   }
 
   // Executed by the deployer's thread, before the component starts.
@@ -166,7 +170,7 @@ class MauveTask : public RTT::TaskContext {
     is_first_period_ = true;
     overruns_ = 0;
     // What came before is no event: Orocos calls `updateHook` once at the start.
-    is_waiting_ = trigger_ != nullptr;
+    is_waiting_ = !triggers_.empty();
     next_ = 0;
     gate_ = Open;
   }
@@ -206,7 +210,7 @@ class MauveTask : public RTT::TaskContext {
     refuses_in_ = std::thread::id();
     executes_in_ = std::this_thread::get_id();
 #ifndef MAUVE_RUNTIME
-    if (trigger_ != nullptr && !mauve_is_released()) return false;
+    if (!triggers_.empty() && !mauve_is_released()) return false;
 #endif
     if (is_first_period_ && is_known_ && !mauve_is_scheduled()) {
       exception();
@@ -217,7 +221,7 @@ class MauveTask : public RTT::TaskContext {
       // A late start does not move the next release. A background activity and one that data releases
       // have no fixed releases: the next period is counted from this one.
       const double now = mauve_now(CLOCK_MONOTONIC);
-      const bool is_new = is_first_period_ || trigger_ != nullptr || (is_known_ && priority_ == 0);
+      const bool is_new = is_first_period_ || !triggers_.empty() || (is_known_ && priority_ == 0);
       release_ = is_new ? now : std::min(release_ + getPeriod(), now);
     }
     is_first_period_ = false;
@@ -227,10 +231,12 @@ class MauveTask : public RTT::TaskContext {
   // Called at the end of a period.
   void mauve_end() {
 #ifndef MAUVE_RUNTIME
-    if (unread_ > 0 && mauve_is_buffered(trigger_->getName())) mauve_release();
+    for (Trigger& it : triggers_) {
+      if (it.unread > 0 && mauve_is_buffered(it.port->getName())) mauve_release(it);
+    }
 #endif
     if (!has_period_port_) return;
-    const double period = trigger_ != nullptr ? least_ : getPeriod();
+    const double period = triggers_.empty() ? getPeriod() : least_;
     if (period > 0 && mauve_now(CLOCK_MONOTONIC) > release_ + period) ++overruns_;
     period_[0] = mauve_now(CLOCK_THREAD_CPUTIME_ID) - begin_;
     period_[1] = overruns_;
@@ -239,7 +245,9 @@ class MauveTask : public RTT::TaskContext {
 
   // Returns the status of a read, by which the component knows whether a buffer has more.
   RTT::FlowStatus mauve_read(const RTT::base::PortInterface& port, RTT::FlowStatus status) {
-    if (&port == trigger_) unread_ = status == RTT::NewData && unread_ > 0 ? unread_ - 1 : 0;
+    for (Trigger& it : triggers_) {
+      if (&port == it.port) it.unread = status == RTT::NewData && it.unread > 0 ? it.unread - 1 : 0;
+    }
     return status;
   }
 
@@ -314,10 +322,21 @@ class MauveTask : public RTT::TaskContext {
     const char* what() const noexcept override { return "the component is not running: it refuses the call"; }
   };
 
+  // An input whose data releases the component; the values that may not have been read, and whether one has come since
+  // the beginning of the last period.
+  struct Trigger {
+    RTT::base::PortInterface* port;
+    std::size_t unread;
+    bool has_come;
+  };
+
 #ifndef MAUVE_RUNTIME
-  // In the component's thread: the next period begins now, or at the end of the gap. The thread has no period
+  // In the component's thread, for new data: the next period begins now, or at the end of the gap. The thread has no period
   // of its own; one that is as long as the rest of the gap is its timer.
-  void mauve_release() {
+  void mauve_release(Trigger& trigger) {
+    trigger.has_come = true;
+    const auto has_come = [](const Trigger& it) { return it.has_come; };
+    if (needs_all_ && !std::all_of(triggers_.begin(), triggers_.end(), has_come)) return;
     if (is_waiting_) return;
     is_waiting_ = true;
     next_ = std::max(mauve_now(CLOCK_MONOTONIC), earliest_);
@@ -336,6 +355,7 @@ class MauveTask : public RTT::TaskContext {
     if (is_waiting_ && next_ > mauve_now(CLOCK_MONOTONIC)) mauve_wait();
     if (!is_waiting_ || next_ > mauve_now(CLOCK_MONOTONIC)) return false;
     is_waiting_ = false;
+    for (Trigger& it : triggers_) it.has_come = false;
     // From the release that is `burst` before the next one.
     releases_[count_++ % releases_.size()] = next_ > 0 ? next_ : mauve_now(CLOCK_MONOTONIC);
     const double last = releases_[count_ % releases_.size()];
@@ -411,8 +431,9 @@ class MauveTask : public RTT::TaskContext {
   std::vector<std::string> buffered_;
   // The peers whose periods the component's thread executes before its own.
   std::vector<RTT::TaskContext*> mates_;
-  // The input whose data releases the component, the gap in seconds, and its last releases.
-  RTT::base::PortInterface* trigger_ = nullptr;
+  // The inputs whose data releases the component, the gap in seconds, and its last releases.
+  std::vector<Trigger> triggers_;
+  bool needs_all_ = false;
   double least_ = 0;
   std::vector<double> releases_;
 #ifndef MAUVE_RUNTIME
@@ -420,10 +441,9 @@ class MauveTask : public RTT::TaskContext {
   // The end of the gap.
   double earliest_ = 0;
 #endif
-  // Whether a release is to come, and when; and the values that may not have been read.
+  // Whether a release is to come, and when.
   bool is_waiting_ = false;
   double next_ = 0;
-  std::size_t unread_ = 0;
   // The scheduling that was analysed; unknown until `mauve_runs_as` is called.
   bool is_known_ = false;
   bool is_scheduled_ = false;

@@ -87,8 +87,10 @@ pub struct ChainStep {
 pub struct ChainRelease {
     /// The time between its releases; none without a bound. See [`Tasks::greatest_distance`].
     pub distance: Option<Distance>,
-    /// Whether the data of the step before releases it: it arrives at the trigger port.
+    /// Whether the data of the step before releases it: it arrives at a trigger port.
     pub by_data: bool,
+    /// The most time until data has arrived at all other trigger ports as well, 0 where one is enough; none without other ports.
+    pub others: Option<Time>,
 }
 
 /// The buffer of a connection. A write into a full one drops its oldest value.
@@ -300,7 +302,8 @@ impl Tasks {
     fn spacing(&self, step: &ChainStep) -> Option<u64> {
         let (task, period) = self.real_time(step)?;
         if is_by_data(task, step) {
-            return Some(period.max(step.response.as_nanos()));
+            let awaited = others(step).map(|it| it.saturating_add(step.response.as_nanos()));
+            return Some(period.max(step.response.as_nanos()).max(awaited.unwrap_or_default()));
         }
         Some(self.distance(step)?.greatest()?.as_nanos())
     }
@@ -353,11 +356,15 @@ impl Tasks {
         reader: &ChainStep,
     ) {
         let write = if reader.buffer.is_some() { writer.response } else { writer.write }.as_nanos();
-        let mut latest = last.run.saturating_add(found.wait).max(write);
+        let awaited = others(reader);
+        let complete = write.saturating_add(awaited.unwrap_or_default());
+        let spacing = found.period.max(reader.response.as_nanos());
+        let mut latest = last.run.saturating_add(spacing).max(complete);
         let reads_each = reader.buffer.is_none_or(|buffer| buffer.reads == Some(1));
         let is_first = reads_each && found.ahead.releases == 0 && found.ahead.delay == 0;
         if let (Some(from), Some(to)) = (self.all.get(writer.task), self.all.get(reader.task))
             && is_first
+            && awaited.is_none()
             && is_paced(from, reader.writes, to, reader.response)
         {
             latest = latest.min(writer.response.as_nanos().max(write));
@@ -426,6 +433,11 @@ impl Tasks {
 
 fn is_by_data(task: &Task, step: &ChainStep) -> bool {
     !task.is_periodic() && step.released.is_some_and(|it| it.by_data)
+}
+
+/// Returns the most time until data has arrived at all other trigger ports; none where the task has no others.
+fn others(step: &ChainStep) -> Option<u64> {
+    step.released?.others.map(Time::as_nanos)
 }
 
 /// Returns the most values in a buffer. A job of the writer writes at most `writes` times, and there is a read in each

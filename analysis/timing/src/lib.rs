@@ -135,7 +135,7 @@ pub use task::{
 pub use tasks::{THROTTLING, TaskKind, TaskOperation, Tasks, name_of_other};
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};
-pub use trigger::{Distance, TriggerWriter};
+pub use trigger::{Distance, Needs, TriggerWriter, Triggers};
 pub use utilisation::Utilisation;
 pub use worst_case::{NoWorstCase, WorstCase};
 pub use write_time::ChainWrite;

@@ -18,10 +18,17 @@
 //! From a buffer, each job has to read, also the first one: what that leaves would release a job for no datum of its own. The most
 //! writes of the writer do not count as known where A may not hold for the first job ([`crate::ChainStep::writes`]).
 //!
+//! **Several ports.** Where data at *any* of them releases a job, all that was said of data at one port holds, except what is paced:
+//! the data of other writers takes the releases too. Where a job needs data at *all* of them, that of port q comes D_q after any
+//! instant at most, which is the most time between two arrivals there: a gap of releases of its writer and R of the writer. Data that
+//! arrives at a waits for max(a + max D_q, n + S) then; and from a release to the next one, it takes max(T, R + max D_q) at most, over
+//! all ports, as each has new data D_q after the job has started, R after its release at the latest.
+//!
 //! **Releases** of the reader: after the last datum that its job may see, written at a ≤ n + R, the next write is a gap of releases of
 //! the writer and R of the writer later at most. If the data is paced, and the writes are more than S apart, each datum releases a job
 //! at once that starts before the next one arrives: k releases take k gaps, and R of the writer once.
 
+use crate::chain::ChainRelease;
 use crate::{Task, Tasks, Time};
 
 /// How far apart releases are: k of them take k·each + late at most.
@@ -37,6 +44,11 @@ impl Distance {
     /// Returns the most time between two releases.
     pub fn greatest(self) -> Option<Time> {
         self.each.checked_add(self.late)
+    }
+
+    /// What [`Distance::greatest`] compares, without a limit.
+    fn sum(&self) -> u128 {
+        u128::from(self.each.as_nanos()) + u128::from(self.late.as_nanos())
     }
 }
 
@@ -57,16 +69,83 @@ pub struct TriggerWriter {
     pub has_buffer: bool,
 }
 
+/// Which of several ports need new data to release a task.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Needs {
+    /// One of them.
+    #[default]
+    Any,
+    /// Each of them.
+    All,
+}
+
+/// The ports whose data releases a task.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Triggers {
+    /// Which of them need new data.
+    pub needs: Needs,
+    /// The writer of each port; none where nothing bounds the time to its next write.
+    pub writers: Vec<Option<TriggerWriter>>,
+}
+
+impl TriggerWriter {
+    /// Returns the most time between two arrivals of its data, as a time that repeats, and one that counts once.
+    fn arrivals(&self) -> Option<Distance> {
+        let each = self.distance.each.checked_mul(u64::from(self.gap.max(1)))?;
+        Some(Distance { each, late: self.distance.late.checked_add(self.response)? })
+    }
+}
+
 impl Tasks {
-    /// Returns the time between releases of a task that data of `by` releases, and whose response time is `response`.
-    pub fn greatest_distance(&self, task: usize, response: Time, by: &TriggerWriter) -> Option<Distance> {
+    /// Returns the time between releases of a task that data releases, and whose response time is `response`.
+    pub fn greatest_distance(&self, task: usize, response: Time, by: &Triggers) -> Option<Distance> {
+        let is_only = by.writers.len() == 1;
+        let of_port = |it: &Option<TriggerWriter>| self.distance_by(task, response, it.as_ref()?, is_only);
+        let all = by.writers.iter().map(of_port);
+        match by.needs {
+            Needs::Any => all.flatten().min_by_key(Distance::sum),
+            Needs::All => {
+                let all: Option<Vec<Distance>> = all.collect();
+                all?.into_iter().max_by_key(Distance::sum)
+            }
+        }
+    }
+
+    /// Returns how data releases a task of a chain, which enters it at the port of this number, if it does so at one of them.
+    pub fn release(
+        &self,
+        task: usize,
+        response: Time,
+        by: &Triggers,
+        entered: Option<usize>,
+    ) -> ChainRelease {
+        let distance = self.greatest_distance(task, response, by);
+        let rest = by.writers.iter().enumerate().filter(|(port, _)| entered != Some(*port));
+        let arrival = |it: &Option<TriggerWriter>| it.as_ref()?.arrivals()?.greatest();
+        let most = match (by.needs, entered) {
+            (Needs::All, Some(_)) => {
+                rest.map(|(_, it)| arrival(it)).try_fold(Time::ZERO, |most, it| Some(most.max(it?)))
+            }
+            _ => Some(Time::ZERO),
+        };
+        // Without a bound, what enters is not known to release it.
+        let by_data = entered.is_some() && most.is_some();
+        ChainRelease { distance, by_data, others: most.filter(|_| by.writers.len() > 1) }
+    }
+
+    fn distance_by(
+        &self,
+        task: usize,
+        response: Time,
+        by: &TriggerWriter,
+        is_only: bool,
+    ) -> Option<Distance> {
         let (reader, writer) = (self.all.get(task)?, self.all.get(by.task)?);
         let spacing = reader.period?.max(response);
-        let each = by.distance.each.checked_mul(u64::from(by.gap.max(1)))?;
-        let late = by.distance.late.checked_add(by.response)?;
+        let Distance { each, late } = by.arrivals()?;
         let apart = writer.period?.checked_sub(by.response).filter(|apart| *apart > spacing);
         let is_single = writer.burst <= 1 && by.writes.is_some_and(|writes| writes <= 1);
-        if apart.is_some() && is_single && !by.has_buffer {
+        if apart.is_some() && is_single && !by.has_buffer && is_only {
             return Some(Distance { each, late });
         }
         let each = each.checked_add(late)?.checked_add(response)?.max(spacing);
@@ -98,7 +177,21 @@ mod tests {
         let distance = Distance { each: time(10), late: time(1) };
         let by =
             TriggerWriter { task: 0, distance, response: time(2), gap: 2, writes: Some(writes), has_buffer };
-        let found = tasks.greatest_distance(1, time(response), &by).expect("all times are known");
+        let of = |needs, writers: &[Option<TriggerWriter>]| {
+            tasks.greatest_distance(1, time(response), &Triggers { needs, writers: writers.to_vec() })
+        };
+        let found = of(Needs::Any, &[Some(by)]).expect("all times are known");
+        assert_eq!(of(Needs::All, &[Some(by)]), Some(found));
+        // With another port, no data is paced.
+        let each = Some(time(period.max(response).max(2 * 10 + 1 + 2 + response)));
+        let greatest =
+            |needs, writers: &[Option<TriggerWriter>]| of(needs, writers).and_then(Distance::greatest);
+        assert_eq!(greatest(Needs::Any, &[None, Some(by)]), each);
+        assert_eq!(greatest(Needs::All, &[None, Some(by)]), None);
+        let slow = TriggerWriter { gap: 9, ..by };
+        assert_eq!(greatest(Needs::Any, &[Some(slow), Some(by)]), each);
+        let each = Some(time(period.max(response).max(9 * 10 + 1 + 2 + response)));
+        assert_eq!(greatest(Needs::All, &[Some(slow), Some(by)]), each);
         (found.each.as_nanos(), found.late.as_nanos())
     }
 

@@ -117,7 +117,7 @@ pub use sensitivity::{
     ActivitySensitivity, ExecutedTime, Limit, Sensitivity, TimeSensitivity, executed_times, sensitivity,
     time_sensitivity,
 };
-pub use system::{ResolvedActivity, System, system_of};
+pub use system::{ResolvedActivity, System, Trigger, system_of};
 pub use table_set::{TableSet, all_tables_of, table_sets, tables_of, tables_of_host};
 pub use task_set::DeployedTasks;
 pub use timetable::{

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use mauve_timing::{CpuSet, Priority, Task, Time};
+use mauve_timing::{CpuSet, Needs, Priority, Task, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{TimingFact, TimingFactKind};
@@ -53,6 +53,15 @@ pub struct Connected {
     pub required: Name,
 }
 
+/// The input ports whose data releases an activity.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Trigger {
+    /// Their names, at least one.
+    pub ports: Vec<Name>,
+    /// Which of them need new data.
+    pub needs: Needs,
+}
+
 /// An activity, or an instance that has none: its task and its place in the text. It is read as its task.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct ResolvedActivity<'db> {
@@ -71,8 +80,8 @@ pub struct ResolvedActivity<'db> {
     pub written_offset: Option<Time>,
     /// Whether its releases are at whole nanoseconds; otherwise its clock is not synchronised.
     pub is_exact: bool,
-    /// The input port whose data releases it; `None` where its clock does. Its task is sporadic then.
-    pub trigger: Option<Name>,
+    /// What data releases it; `None` where its clock does. Its task is sporadic then.
+    pub trigger: Option<Trigger>,
     /// The name of the activity; that of the instance, unless the activity executes several instances in one thread.
     pub activity: Name,
     /// Why it is not analysed.
@@ -124,7 +133,7 @@ impl<'db> ResolvedActivity<'db> {
                     self.is_exact &= is_exact;
                 }
             },
-            FieldValue::CpuSet(_) | FieldValue::Port(_) | FieldValue::Instances => {}
+            FieldValue::CpuSet(_) | FieldValue::Ports(..) | FieldValue::Instances => {}
         }
     }
 
@@ -586,20 +595,20 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    /// Resolves the port whose data releases an activity. Another fact reports why the features of its shell are unknown.
+    /// Returns whether a port whose data releases an activity is an input. Another fact reports why the features of its shell are
+    /// unknown.
     fn trigger(
         &mut self,
         found: &mut ResolvedActivity<'db>,
         instance: Option<&FlatInstance<'db>>,
         port: &NameRef,
-    ) {
+    ) -> bool {
         let (db, project) = (self.db, self.project);
         let implementation = instance.and_then(|it| it.implementation(db, project));
         let shell = implementation.and_then(|it| it.shell.as_ref());
         let kind = shell.and_then(|(_, features)| features.get(&port.name)).map(|it| it.kind);
         if kind == Some(FeatureKind::Input) {
-            found.trigger = Some(port.name.clone());
-            return;
+            return true;
         }
         let at = self.at(port.id);
         found.refuse(Reason::UnusableField(ActivityField::Trigger), at.clone());
@@ -612,6 +621,7 @@ impl<'db> SystemReader<'db> {
             let wrong = InvalidValue::NoInputPort(port.name.clone(), shell.name(db).clone(), near);
             self.report(at, TimingFactKind::InvalidField(ActivityField::Trigger, wrong));
         }
+        false
     }
 
     /// Resolves the name of a CPU set.
@@ -697,7 +707,12 @@ impl<'db> SystemReader<'db> {
             return;
         }
         match field_entry(field).kind.read(written) {
-            Ok(FieldValue::Port(port)) => self.trigger(found, of_instance, &port),
+            Ok(FieldValue::Ports(mut ports, needs)) => {
+                ports.retain(|port| self.trigger(found, of_instance, port));
+                // The refusal of a port is enough.
+                let ports: Vec<Name> = ports.into_iter().map(|port| port.name).collect();
+                found.trigger = Some(Trigger { ports, needs }).filter(|it| !it.ports.is_empty());
+            }
             Ok(FieldValue::CpuSet(set)) => self.cpu_set(found, fields, &set),
             Ok(read) => found.set(field, &read),
             Err(why) => {

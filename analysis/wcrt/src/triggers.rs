@@ -1,8 +1,9 @@
 //! Activities that data never releases, or that do not read the data that releases them.
 
-use mauve_hir::item_tree::Name;
+use mauve_hir::item_tree::{Name, NameRef};
 use mauve_hir::{
-    Assumption, Decl, Flat, Location, ModelDb, Project, core_of, deployed, deployment, passages_of,
+    Assumption, Decl, Flat, Location, ModelDb, Project, Ros2, core_of, deployed, deployment, passages_of,
+    ros2_of,
 };
 
 use crate::fact::{TimingFact, TimingFactKind};
@@ -24,7 +25,7 @@ pub fn trigger_facts<'db>(
     else {
         return Vec::new();
     };
-    let checker = TriggerChecker { db, project, of, flat };
+    let checker = TriggerChecker { db, project, of, flat, ros2: ros2_of(db, project, of) };
     triggered.flat_map(|activity| checker.activity(activity)).collect()
 }
 
@@ -33,30 +34,45 @@ struct TriggerChecker<'db> {
     project: Project<'db>,
     of: Decl<'db>,
     flat: &'db Flat<'db>,
+    ros2: &'db Ros2,
 }
 
 impl<'db> TriggerChecker<'db> {
     fn activity(&self, activity: &ResolvedActivity<'db>) -> Vec<TimingFact<'db>> {
-        let Some(port) = &activity.trigger else { return Vec::new() };
+        let Some(trigger) = &activity.trigger else { return Vec::new() };
         let activities = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
         let mut of_name = activities.filter(|it| it.name.name == activity.activity);
         let field = of_name.find_map(|it| it.field(ActivityField::Trigger));
-        let at = field.map_or(activity.at.clone(), |field| Location::Source(self.of, field.value_id));
+        let is_at = |it: &&NameRef, port: &Name| it.name == *port;
+        let place = |port: &Name| {
+            let named = field.and_then(|field| field.names().find(|it| is_at(it, port)));
+            named.map_or(activity.at.clone(), |it| Location::Source(self.of, it.id))
+        };
+        trigger.ports.iter().filter_map(|port| self.port(activity, port, place(port))).collect()
+    }
+
+    /// Returns what is wrong with a port whose data releases an activity.
+    fn port(
+        &self,
+        activity: &ResolvedActivity<'db>,
+        port: &Name,
+        at: Location<'db>,
+    ) -> Option<TimingFact<'db>> {
         let (instance, port) = (activity.instance.clone(), port.clone());
         let is_it = |end: &(Name, Name)| end.0 == instance && end.1 == port;
         let link = self.flat.links.iter().find(|link| !link.operation && is_it(&link.target));
         let writer = link.map(|link| link.source.clone());
-        let is_written = writer.as_ref().is_some_and(|(writer, port)| self.may_access(writer, port, true));
+        let is_written = match &writer {
+            Some((writer, port)) => self.may_access(writer, port, true),
+            None => self.ros2.topic(&instance, &port).is_some(),
+        };
         let is_read = self.may_access(&instance, &port, false);
-        let fact = |kind| TimingFact::new(at.clone(), kind);
-        let unread = || TimingFactKind::TriggerNotRead { instance: instance.clone(), port: port.clone() };
-        let never =
-            || TimingFactKind::NeverTriggered { instance: instance.clone(), port: port.clone(), writer };
-        match (is_written, is_read) {
-            (false, _) => vec![fact(never())],
-            (true, false) => vec![fact(unread())],
-            (true, true) => Vec::new(),
-        }
+        let kind = match (is_written, is_read) {
+            (false, _) => TimingFactKind::NeverTriggered { instance, port, writer },
+            (true, false) => TimingFactKind::TriggerNotRead { instance, port },
+            (true, true) => return None,
+        };
+        Some(TimingFact::new(at, kind))
     }
 
     /// Returns whether the core of an instance may write a port, or read it; also where that is not known.

@@ -69,7 +69,7 @@ fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {
                 if is_integer { Literal::Int(value.clone()) } else { Literal::Float(value.clone()) };
             let value = Expr::Literal(literal, id);
             let name = NameRef { name: field.keyword().into(), id };
-            let changed = Field { name, value, list: None, value_id: id };
+            let changed = Field { name, value, list: None, word: None, value_id: id };
             let says_it = |it: &&mut Field| same_fields(field).iter().any(|of| it.name.name == of.keyword());
             match activity.fields.iter_mut().find(says_it) {
                 Some(known) => *known = Field { value_id: known.value_id, ..changed },

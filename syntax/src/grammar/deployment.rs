@@ -53,6 +53,7 @@ pub(super) fn activity_rest(p: &mut Parser<'_>) {
 //   activity drivers { instances = [imu, gps] cpus = [1, 2] priority = 1 rate = 30 Hz deadline = 1000/30 }
 //   activity b { cpus = big trigger = frame least = 10; rate = 100/3 Hz
 //     instances = [] }
+//   activity c { trigger = any [scan, odometry] trigger = all [] least = 10 }
 // }
 // test_err lists_and_rates_half_typed
 // deployment D { architecture A
@@ -76,7 +77,7 @@ pub(super) fn field(p: &mut Parser<'_>) {
     if has_value && at_next_field(p) {
         // This one has no value yet.
         p.missing(Expected::Expression);
-    } else if has_value && p.at(L_BRACK) && !p.begins_line() {
+    } else if has_value && at_list(p) {
         value_list(p);
     } else if has_value && !foreign::opt_cpu_list(p) {
         p.may_have_hertz = is_rate;
@@ -97,9 +98,17 @@ fn at_next_field(p: &Parser<'_>) -> bool {
     p.current().is_word() && p.nth(1) == EQ
 }
 
-/// Takes `[imu, gps]`.
+fn at_list(p: &Parser<'_>) -> bool {
+    !p.begins_line() && (p.at(L_BRACK) || p.at(IDENT) && p.nth(1) == L_BRACK)
+}
+
+/// Takes `[imu, gps]`, or `any [scan, odometry]`.
 fn value_list(p: &mut Parser<'_>) {
+    let has_word = p.at(IDENT);
     node(p, VALUE_LIST, |p| {
+        if has_word {
+            p.bump();
+        }
         separated(p, R_BRACK, Expected::Expression, |p| !at_next_field(p) && opt_expression(p));
         p.expect(R_BRACK);
     });

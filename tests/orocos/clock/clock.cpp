@@ -1,8 +1,9 @@
 // Reads a task set, runs its threads on the virtual clock, and writes the greatest response time of each task.
 //
 //   CPUs (a mask), instant of the last release
-//   for each task: period, offset, priority, CPUs, the number of releases in a period and the task whose jobs write what releases it,
-//   or -1 and -1, the task whose thread it shares, or -1, the number of times, the execution times of its jobs, again and again
+//   for each task: period, offset, priority, CPUs, the number of releases in a period and the tasks whose jobs write what releases it,
+//   any of them (1,2) or all (1&2), or -1 and -1, the task whose thread it shares, or -1, the number of times, the execution times of its
+//   jobs, again and again
 
 #include <cstdint>
 #include <iostream>
@@ -35,7 +36,7 @@ struct Task : RTT::base::RunnableInterface {
   std::vector<mauve::Nanoseconds> times;
   std::size_t jobs = 0;
   mauve::Nanoseconds offset = 0;
-  RTT::InputPort<int> in;
+  std::vector<std::unique_ptr<RTT::InputPort<int>>> in;
   RTT::OutputPort<int> out;
   mauve::PeriodicThread thread;
 };
@@ -52,8 +53,9 @@ int main() {
   mauve::Scheduling scheduling;
   mauve::Nanoseconds offset = 0;
   std::size_t count = 0;
-  int burst = -1, source = -1, leader = -1;
-  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> own_cpus >> burst >> source >> leader >> count) {
+  int burst = -1, leader = -1;
+  std::string sources;
+  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> own_cpus >> burst >> sources >> leader >> count) {
     scheduling.cpus = own_cpus;
     tasks.emplace_back(new Task(std::to_string(tasks.size()), scheduling));
     Task& task = *tasks.back();
@@ -62,9 +64,12 @@ int main() {
     for (mauve::Nanoseconds& time : task.times) std::cin >> time;
     task.thread.hold();
     if (leader >= 0) task.thread.run_in(tasks.at(static_cast<std::size_t>(leader))->thread);
-    if (source >= 0) {
-      tasks.at(static_cast<std::size_t>(source))->out.connectTo(&task.in, RTT::ConnPolicy::data());
-      task.thread.release_by(task.in, static_cast<std::uint64_t>(burst));
+    std::istringstream in(sources);
+    for (int source = -1; in >> source && source >= 0; in.ignore()) {
+      task.in.emplace_back(new RTT::InputPort<int>("in" + std::to_string(source)));
+      tasks.at(static_cast<std::size_t>(source))->out.connectTo(task.in.back().get(), RTT::ConnPolicy::data());
+      const bool needs_all = sources.find('&') != std::string::npos;
+      task.thread.release_by(*task.in.back(), static_cast<std::uint64_t>(burst), needs_all);
     }
     task.thread.start(&task);
     task.thread.release_until(end);

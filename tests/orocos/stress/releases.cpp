@@ -1,5 +1,6 @@
 // Sources that write faster than their readers are released; readers that data release, in a chain; and components that share a thread.
-// The gap between releases is kept, no value is lost, and a shared thread keeps its order. Argument: the periods of each source.
+// The gap between releases is kept, no value is lost, and a shared thread keeps its order. Two readers join the values of two sources:
+// any releases one, and all are needed by the other. Argument: the periods of each source.
 
 #include <cstdint>
 #include <cstdlib>
@@ -39,7 +40,7 @@ extern "C" __attribute__((weak)) void interposer_counts(bool counts);
 
 class Node : public RTT::TaskContext {
  public:
-  Node(const std::string& name, std::uint64_t most) : RTT::TaskContext(name), out("out"), in("in"), most_(most) {
+  Node(const std::string& name, std::uint64_t most) : RTT::TaskContext(name), out("out"), in("in"), other("other"), most_(most) {
     addOperation("add", &Node::add, this, RTT::OwnThread);
   }
 
@@ -50,7 +51,13 @@ class Node : public RTT::TaskContext {
       CHECK(*turn == place);
       *turn = (place + 1) % 3;
     }
-    std::uint64_t number = 0;
+    std::uint64_t number = 0, second = 0;
+    if (joins) {
+      const bool has_first = in.read(number, false) == RTT::NewData, has_second = other.read(second, false) == RTT::NewData;
+      if (has_first && has_second) ++pairs;
+      if (has_first || has_second) ++periods;
+      return;
+    }
     if (is_source) {
       number = periods + 1;
       if (number > most_ || (number <= one_by_one && end->last + 1 < number)) return;
@@ -65,8 +72,11 @@ class Node : public RTT::TaskContext {
   }
 
   RTT::OutputPort<std::uint64_t> out;
-  RTT::InputPort<std::uint64_t> in;
+  RTT::InputPort<std::uint64_t> in, other;
   std::atomic<std::uint64_t> periods{0}, last{0};
+  // Whether it reads both inputs, and in how many periods both had a value.
+  bool joins = false;
+  std::atomic<std::uint64_t> pairs{0};
   bool is_source = false;
   // The last reader of the chain of a source.
   const Node* end = nullptr;
@@ -135,10 +145,23 @@ int main(int argc, char** argv) {
     start(*chain.source, activity_of(*chain.source, nullptr, period));
     for (Node* node : {chain.first.get(), chain.second.get()}) {
       RTT::Activity* const activity = activity_of(*node, nullptr, gap);
-      is_fine = node->thread->release_by(node->in, node == chain.first.get() ? chain.of_first.burst : 1) && is_fine;
+      is_fine = node->thread->release_by(node->in, node == chain.first.get() ? chain.of_first.burst : 1, false) && is_fine;
       start(*node, activity);
     }
-    CHECK(!chain.first->thread->release_by(chain.first->out, 1));
+    CHECK(!chain.first->thread->release_by(chain.first->out, 1, false));
+  }
+  std::vector<std::unique_ptr<Node>> joiners;
+  for (const bool needs_all : {false, true}) {
+    joiners.emplace_back(new Node(needs_all ? "all" : "any", most));
+    Node& joiner = *joiners.back();
+    joiner.joins = true;
+    is_fine = chains[0].source->out.connectTo(&joiner.in, RTT::ConnPolicy::data()) && is_fine;
+    is_fine = chains[1].source->out.connectTo(&joiner.other, RTT::ConnPolicy::data()) && is_fine;
+    RTT::Activity* const activity = activity_of(joiner, nullptr, gap);
+    is_fine = joiner.thread->release_by(joiner.in, 1, needs_all) && is_fine;
+    is_fine = joiner.thread->release_by(joiner.other, 1, needs_all) && is_fine;
+    start(joiner, activity);
+    is_fine = joiner.start() && is_fine;
   }
   std::size_t turn = 0;
   std::vector<std::unique_ptr<Node>> group;
@@ -190,6 +213,12 @@ int main(int argc, char** argv) {
   }
   drain();
   std::uint64_t jobs = 0;
+  for (const auto& joiner : joiners) {
+    CHECK(joiner->periods > 0 && joiner->pairs > 0);
+    jobs += joiner->thread->statistics().periods;
+    is_fine = joiner->stop() && is_fine;
+    joiner->setActivity(nullptr);
+  }
   for (Chain& chain : chains) {
     CHECK(chain.of_first.count > 0 && chain.of_second.count > 0);
     // Every value of a buffer has had a period.

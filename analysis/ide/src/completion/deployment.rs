@@ -134,7 +134,13 @@ impl<'db> Completer<'_, 'db> {
                 }
             }
             ([_, EQ, L_BRACK, ..], Some(ActivityField::Cpus)) => self.cpus(|cpu| (cpu + 1).to_string()),
-            ([_, EQ], Some(ActivityField::Trigger)) => self.triggers(),
+            ([_, EQ], Some(ActivityField::Trigger)) => {
+                self.triggers();
+                for word in ["any", "all"] {
+                    self.skeleton(&format!("{word} […]"), &format!("{word} [$1]"));
+                }
+            }
+            ([_, EQ, _, L_BRACK, ..], Some(ActivityField::Trigger)) => self.triggers(),
             ([_, EQ, L_BRACK, ..], Some(ActivityField::Instances)) => self.listed_instances(),
             ([_, EQ], Some(ActivityField::Instances)) => self.skeleton("[…]", "[$1]"),
             ([_, EQ], Some(ActivityField::Rate)) => self.skeleton("30 Hz", "${1:30} Hz"),
@@ -331,6 +337,7 @@ big = [2]
             1 scan
         "#]],
         );
+        check("activity two { trigger = all [$0] }", expect![[r#""#]]);
         check(
             "activity two { cpus = $0 }",
             expect![[r#"

@@ -74,9 +74,12 @@ struct ActivityData {
   int priority;
   Cpus cpus;
   Nanoseconds offset, deadline, bound;
-  // The instance whose thread executes it, if it is another one, and the input whose data release it, if some do.
-  std::string thread, input;
+  // The instance whose thread executes it, if it is another one.
+  std::string thread;
+  // The inputs whose data release it, if some do, and whether it needs data at each.
+  std::vector<std::string> inputs;
   std::uint64_t burst;
+  bool needs_all;
   // Executes its periods instead of a component, if there is one.
   Gateway* gateway;
 };
@@ -428,13 +431,15 @@ void Robot::State::set_releases(const ActivityData& activity, PeriodicThread& th
   for (std::size_t index = 0; index < threads.size(); ++index) {
     if (activities[index].instance == activity.thread) thread.run_in(*threads[index]);
   }
-  if (activity.input.empty()) return;
-  RTT::base::PortInterface* const input = task(activity.instance).getPort(activity.input);
-  if (input == nullptr || !thread.release_by(*input, activity.burst)) {
-    throw Cannot(activity.instance + " has no input " + activity.input + ": build its package again");
+  for (const std::string& name : activity.inputs) {
+    RTT::base::PortInterface* const input = task(activity.instance).getPort(name);
+    if (input == nullptr || !thread.release_by(*input, activity.burst, activity.needs_all)) {
+      throw Cannot(activity.instance + " has no input " + name + ": build its package again");
+    }
+    tell<const std::string&, double, unsigned int, bool>(activity.instance, "mauve_released_by", name,
+                                                         1e-9 * static_cast<double>(activity.period),
+                                                         static_cast<unsigned int>(activity.burst), activity.needs_all);
   }
-  tell<const std::string&, double, unsigned int>(activity.instance, "mauve_released_by", activity.input,
-                                                 1e-9 * static_cast<double>(activity.period), static_cast<unsigned int>(activity.burst));
 }
 
 // Each component looks in its thread whether it has what was analysed: see `mauve_runs_as` in generated code.
@@ -747,12 +752,12 @@ void Robot::operation(const std::string& required, const std::string& provided) 
 
 void Robot::activity(const std::string& instance, std::int64_t period, int priority, const Cpus& cpus, std::int64_t offset,
                      std::int64_t deadline, std::int64_t response) {
-  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response, "", "", 0, nullptr});
+  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response, "", {}, 0, false, nullptr});
 }
 
 void Robot::gateway(Gateway& gateway, const std::string& name, std::int64_t period, int priority, const Cpus& cpus, std::int64_t deadline,
                     std::int64_t response) {
-  state_->activities.push_back({name, period, priority, cpus, 0, deadline, response, "", "", 0, &gateway});
+  state_->activities.push_back({name, period, priority, cpus, 0, deadline, response, "", {}, 0, false, &gateway});
 }
 
 void Robot::run_in(const std::string& instance, const std::string& other) {
@@ -761,9 +766,12 @@ void Robot::run_in(const std::string& instance, const std::string& other) {
   }
 }
 
-void Robot::release_by(const std::string& instance, const std::string& input, std::uint64_t burst) {
+void Robot::release_by(const std::string& instance, const std::string& input, std::uint64_t burst, bool needs_all) {
   for (ActivityData& it : state_->activities) {
-    if (it.instance == instance) it.input = input, it.burst = burst;
+    if (it.instance != instance) continue;
+    it.inputs.push_back(input);
+    it.burst = burst;
+    it.needs_all = needs_all;
   }
 }
 

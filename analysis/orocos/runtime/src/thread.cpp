@@ -89,13 +89,14 @@ struct PeriodicThread::State {
   void serve(bool is_step);
   void set_open(Nanoseconds release);
   TraceRecord period_record(Nanoseconds release) const;
-  void note_arrival();
+  void note_arrival(unsigned int input);
+  void note_all_arrived();
   Nanoseconds release_by_data() const;
   void note_release(Nanoseconds at, Nanoseconds length);
   // The release of the oldest period that has not ended, or else of the next one; `never` if there is none before the end.
   Nanoseconds oldest_release() const {
     Nanoseconds oldest = open.load(std::memory_order_relaxed);
-    if (leader->port != nullptr && leader->is_active) oldest = std::min(oldest, leader->release_by_data());
+    if (!leader->ports.empty() && leader->is_active) oldest = std::min(oldest, leader->release_by_data());
     return oldest < leader->end ? oldest : never;
   }
 
@@ -126,9 +127,13 @@ struct PeriodicThread::State {
   bool is_relative = false;
   // The CPU time at the end of the period before; -1 before the first.
   Nanoseconds cpu_after_period = -1;
-  // Whose data releases it; the first value since the beginning of the period before; and the end of the gap.
-  const RTT::base::PortInterface* port = nullptr;
+  // Whose data releases it; the first value since the beginning of the period before, or the one that completes all that are needed;
+  // and the end of the gap.
+  std::vector<const RTT::base::PortInterface*> ports;
   std::atomic<Nanoseconds> arrival{never}, earliest{0};
+  // A bit for each input that a release needs data of, and those of which none has come since the beginning of the period before.
+  std::uint64_t needed = 0;
+  std::atomic<std::uint64_t> missing{0};
   // The last releases, as many as may be in a period.
   std::vector<Nanoseconds> releases;
   std::uint64_t release_count = 0;
@@ -167,7 +172,7 @@ void PeriodicThread::State::run() {
     const int seen = worker.signal.load(std::memory_order_acquire);
     if (stops) break;
     const Nanoseconds length = period;
-    if (port != nullptr) {
+    if (!ports.empty()) {
       release = release_by_data();
     } else if (length == 0) {
       release = never;
@@ -179,17 +184,19 @@ void PeriodicThread::State::run() {
     const Nanoseconds begin = now();
     if (is_released && release <= begin) {
       is_triggered.exchange(false);
-      if (port != nullptr) note_release(is_relative ? begin : release, length);
+      if (!ports.empty()) note_release(is_relative ? begin : release, length);
       execute_periods(release, length);
       release = is_relative ? std::max(begin + length, now()) : release + length;
-      if (port != nullptr && port->has_more()) note_arrival();
+      for (unsigned int input = 0; input < ports.size(); ++input) {
+        if (ports[input]->has_more()) note_arrival(input);
+      }
     } else if (is_triggered.exchange(false)) {
-      serve(length == 0 && port == nullptr);
+      serve(length == 0 && ports.empty());
     } else {
       timeline().wait(worker, seen, is_released ? release : never);
     }
   }
-  if (port != nullptr) release = release_by_data();
+  if (!ports.empty()) release = release_by_data();
   for (State* it = this; it != nullptr; it = it->next) {
     if (release < end && it->deadline > 0 && now() - release > it->deadline) increment(it->statistics.misses);
   }
@@ -207,7 +214,12 @@ void PeriodicThread::State::set_open(Nanoseconds release) {
   for (State* it = this; it != nullptr; it = it->next) it->open.store(release, std::memory_order_relaxed);
 }
 
-void PeriodicThread::State::note_arrival() {
+void PeriodicThread::State::note_arrival(unsigned int input) {
+  const std::uint64_t bit = needed & (std::uint64_t{1} << input);
+  if ((missing.fetch_and(~bit) & ~bit) == 0) note_all_arrived();
+}
+
+void PeriodicThread::State::note_all_arrived() {
   // The word is written in any case: who takes it next then sees the value that has come.
   if (arrival.fetch_add(0) != never) return;
   Nanoseconds none = never;
@@ -224,7 +236,10 @@ Nanoseconds PeriodicThread::State::release_by_data() const {
 
 // From here on, what comes is for the next period.
 void PeriodicThread::State::note_release(Nanoseconds at, Nanoseconds length) {
+  missing = needed;
   arrival.exchange(never);
+  // All may have come in between.
+  if (needed != 0 && missing == 0) note_all_arrived();
   releases[release_count++ % releases.size()] = at;
   if (release_count >= releases.size()) earliest = releases[release_count % releases.size()] + length;
 }
@@ -370,11 +385,14 @@ bool PeriodicThread::trigger() {
   return true;
 }
 
-void PeriodicThread::arrive() { state_->note_arrival(); }
+void PeriodicThread::arrive(unsigned int input) { state_->note_arrival(input); }
 
-bool PeriodicThread::release_by(RTT::base::PortInterface& port, std::uint64_t burst) {
-  if (!port.release(this)) return false;
-  state_->port = &port;
+bool PeriodicThread::release_by(RTT::base::PortInterface& port, std::uint64_t burst, bool needs_all) {
+  const unsigned int input = static_cast<unsigned int>(state_->ports.size());
+  if (input >= 64 || !port.release(this, input)) return false;
+  state_->ports.push_back(&port);
+  if (needs_all) state_->needed |= std::uint64_t{1} << input;
+  state_->missing = state_->needed;
   state_->releases.resize(std::max<std::uint64_t>(1, std::min(burst, greatest_burst)));
   return true;
 }

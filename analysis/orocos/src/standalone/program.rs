@@ -148,9 +148,9 @@ fn activity(task: &DeployedTask, bound: Option<Option<Time>>) -> Vec<String> {
         nanoseconds(bound.flatten()),
     ];
     let about = activity.period.is_none().then(|| comment("  ", BACKGROUND));
-    let released_by = task.trigger.as_ref().map(|port| {
-        let burst = activity.burst.max(1).to_string();
-        call("release_by", &[cpp_string(&task.name), cpp_string(port), burst])
+    let released_by = task.triggers.iter().map(|port| {
+        let (burst, needs_all) = (activity.burst.max(1).to_string(), task.needs_all.to_string());
+        call("release_by", &[cpp_string(&task.name), cpp_string(port), burst, needs_all])
     });
     about.into_iter().chain([call("activity", &arguments)]).chain(released_by).collect()
 }

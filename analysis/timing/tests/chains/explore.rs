@@ -8,6 +8,7 @@
 
 use std::collections::hash_map::Entry;
 
+use mauve_timing::Needs;
 use rustc_hash::FxHashMap;
 
 use super::core::{Statement, VARIABLES};
@@ -39,6 +40,8 @@ struct TaskState {
     older: u8,
     /// With a trigger: whether data arrived since the last job started, or is left in the buffer.
     has_data: bool,
+    /// The same at the second port, if it has one.
+    has_other: bool,
     /// If a nominal release was not a release yet, 1 more than the time until it must be; else 0.
     late: u8,
     /// The number of jobs that are released and have not ended.
@@ -140,6 +143,7 @@ impl Exploration<'_> {
             until: 0,
             older: 0,
             has_data: false,
+            has_other: false,
             late: 0,
             jobs: 0,
             state: 0,
@@ -211,7 +215,7 @@ impl Exploration<'_> {
         }
         let of = &mut state.tasks[place];
         if task.trigger.is_some() {
-            trigger(of, task);
+            trigger(of, task, self.needs(place));
         } else if of.until == 0 {
             of.until = task.period;
             of.late = task.jitter + 1;
@@ -277,16 +281,21 @@ impl Exploration<'_> {
     /// Whether the next statement of a CPU reads or writes a port between two CPUs, or another CPU may release a task on it.
     fn is_seen_elsewhere(&self, state: &State, cpu: usize, stage: Stage) -> bool {
         let of_chain = self.system.tasks[..self.system.chain].windows(2);
-        if of_chain.clone().any(|pair| pair[1].trigger.is_some() && pair[1].cpu == cpu && pair[0].cpu != cpu)
+        let releases = |from: &Task, to: &Task| to.trigger.is_some() && to.cpu == cpu && from.cpu != cpu;
+        let second = self.system.second.map(|(reader, _)| [self.system.chain, reader]);
+        if of_chain.clone().any(|pair| releases(&pair[0], &pair[1]))
+            || second.is_some_and(|pair| releases(&self.system.tasks[pair[0]], &self.system.tasks[pair[1]]))
         {
             return true;
         }
         let (Stage::Ending(place) | Stage::Starting(place)) = stage else { return false };
-        let (of, tasks) = (state.tasks[place], &self.system.tasks[..self.system.chain]);
+        let tasks =
+            &self.system.tasks[..self.system.second.map_or(self.system.chain, |_| self.system.chain + 1)];
+        let of = state.tasks[place];
         let edge = &self.system.tasks[place].core.edges[usize::from(of.edge)];
         let other = match edge.program.get(usize::from(of.at)) {
             Some(Statement::Read(_) | Statement::ReadOrSkip(_)) => place.checked_sub(1),
-            Some(Statement::Write(_)) => Some(place + 1),
+            Some(Statement::Write(_)) => Some(self.written(place)),
             _ => None,
         };
         place < tasks.len() && other.and_then(|it| tasks.get(it)).is_some_and(|it| it.cpu != tasks[place].cpu)
@@ -354,7 +363,8 @@ impl Exploration<'_> {
                     for (edge, _) in edges.filter(|(_, edge)| edge.source == usize::from(of.state)) {
                         let mut started = state;
                         let of = &mut started.tasks[place];
-                        (of.edge, of.at, of.has_data) = (edge as u8, 0, false);
+                        (of.edge, of.at) = (edge as u8, 0);
+                        (of.has_data, of.has_other) = (false, false);
                         if !std::mem::replace(&mut of.has_begun, true) {
                             if task.trigger.is_none() {
                                 started.ports[place] = EMPTY;
@@ -413,7 +423,7 @@ impl Exploration<'_> {
                 if state.is_seen && !has_older(&state, self.system) {
                     return;
                 }
-                return self.add_triggered(open, state, stages, place + 1, time);
+                return self.add_triggered(open, state, stages, self.written(place), time);
             }
             Statement::Read(variable) | Statement::ReadOrSkip(variable) => {
                 if place <= self.system.first {
@@ -444,7 +454,7 @@ impl Exploration<'_> {
         time: u64,
     ) {
         let task = self.system.tasks.get(place).filter(|task| task.trigger.is_some());
-        let Some(task) = task.filter(|task| trigger(&mut state.tasks[place], task)) else {
+        let Some(task) = task.filter(|task| trigger(&mut state.tasks[place], task, self.needs(place))) else {
             return self.add(open, state, stages, time);
         };
         if task.jitter > 0 {
@@ -460,6 +470,17 @@ impl Exploration<'_> {
         self.add(open, state, stages, time);
     }
 
+    /// Returns what releases a task with two ports.
+    fn needs(&self, place: usize) -> Option<Needs> {
+        self.system.second.filter(|(reader, _)| *reader == place).map(|(_, needs)| needs)
+    }
+
+    /// Returns the task that reads what this one writes; of the last one in the chain, one that does not read it.
+    fn written(&self, place: usize) -> usize {
+        let second = self.system.second.filter(|_| place == self.system.chain);
+        second.map_or(place + 1, |(reader, _)| reader)
+    }
+
     fn write(&mut self, state: &mut State, place: usize, value: Value, time: u64) {
         if place + 1 < self.system.chain {
             let size = self.system.tasks[place + 1].buffer;
@@ -467,6 +488,9 @@ impl Exploration<'_> {
             return write(&mut state.ports[place + 1], size, value);
         }
         if place >= self.system.chain {
+            if let Some((reader, _)) = self.system.second.filter(|_| place == self.system.chain) {
+                state.tasks[reader].has_other = true;
+            }
             return;
         }
         state.shown = value;
@@ -512,10 +536,15 @@ fn waits_for_thread(system: &System, state: &State, place: usize) -> bool {
 }
 
 /// Lets data release a task nominally, if it may be now.
-fn trigger(of: &mut TaskState, task: &Task) -> bool {
+fn trigger(of: &mut TaskState, task: &Task, needs: Option<Needs>) -> bool {
+    let has_data = match needs {
+        None => of.has_data,
+        Some(Needs::Any) => of.has_data || of.has_other,
+        Some(Needs::All) => of.has_data && of.has_other,
+    };
     let is_early = if task.trigger == Some(2) { of.older > 0 } else { of.until > 0 };
     let has_started = of.late == 0 && of.jobs == u8::from(of.edge != NONE);
-    if !of.has_data || is_early || !has_started {
+    if !has_data || is_early || !has_started {
         return false;
     }
     of.older = if task.trigger == Some(2) { of.until } else { 0 };

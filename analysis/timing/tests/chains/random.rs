@@ -1,7 +1,7 @@
 //! Random systems: no time is above its bound.
 
 use mauve_tests::search;
-use mauve_timing::{ChainRule, Time};
+use mauve_timing::{ChainRule, Needs, Time};
 
 use super::core::{
     Core, Edge, Statement,
@@ -25,6 +25,8 @@ enum Kind {
     Synchronised,
     /// Data releases some of the tasks.
     Triggers,
+    /// Data at any or at all of two ports releases the task that a chain reaches, or begins with.
+    SeveralTriggers,
     /// One thread executes two or three of the tasks.
     Threads,
     /// Tasks on a CPU each that read at their start and write at their end.
@@ -118,7 +120,7 @@ impl Random {
         let (is_common, common) = (self.one_in(3), self.within(2, 5));
         let has_buffer = |random: &mut Random| match kind {
             Kind::Buffers => !random.one_in(4),
-            Kind::Synchronised | Kind::Triggers | Kind::Threads => random.one_in(4),
+            Kind::Synchronised | Kind::Triggers | Kind::SeveralTriggers | Kind::Threads => random.one_in(4),
             _ => false,
         };
         let task = |random: &mut Random| {
@@ -134,7 +136,7 @@ impl Random {
             }
         };
         let mut tasks: Vec<Task> = (0..count).map(|_| task(self)).collect();
-        let chain = if count > 1 && self.one_in(4) { tasks.len() - 1 } else { tasks.len() };
+        let mut chain = if count > 1 && self.one_in(4) { tasks.len() - 1 } else { tasks.len() };
         let mut first = 0;
         if kind == Kind::Triggers {
             for task in tasks[..chain].iter_mut().skip(1) {
@@ -160,7 +162,26 @@ impl Random {
             }
         }
         let is_reversed = kind == Kind::Threads && self.one_in(2);
-        System { tasks, first, chain, is_reversed, is_early: self.one_in(3) }
+        let mut second = None;
+        if kind == Kind::SeveralTriggers {
+            while tasks.len() < 3 {
+                tasks.push(task(self));
+            }
+            chain = 2;
+            first = usize::from(self.one_in(4));
+            let of_reader = &mut tasks[1];
+            of_reader.trigger = Some(if self.one_in(5) { 2 } else { 1 });
+            if self.one_in(2) {
+                of_reader.core = looping(&[&[Read(0), Compute(1), Write(0)]]);
+            }
+            // It reads no port.
+            let writes: &[Statement] =
+                if self.one_in(3) { &[Write(0), Compute(1)] } else { &[Compute(1), Write(0)] };
+            tasks[2].core = looping(&[writes]);
+            tasks[2].buffer = None;
+            second = Some((1, if self.one_in(2) { Needs::Any } else { Needs::All }));
+        }
+        System { tasks, first, chain, is_reversed, is_early: self.one_in(3), second }
     }
 }
 
@@ -181,6 +202,8 @@ struct Totals {
     /// Bounds of the reaction that are attained, and all: where data releases the task that it reaches, and where the time between such
     /// releases counts.
     triggers: [[u64; 2]; 2],
+    /// Bounds of the reaction that are attained, and all: where data at any of two ports releases a task, and at both.
+    needs: [[u64; 2]; 2],
     /// Chains with data that a later task of a thread reads in the same job, and that an earlier one reads in the next.
     in_thread: [u64; 2],
 }
@@ -219,6 +242,11 @@ impl Totals {
         self.steps[system.chain - system.first - 1] += 1;
         for (number, rule) in [ChainRule::SameJob, ChainRule::NextJob].into_iter().enumerate() {
             self.in_thread[number] += u64::from(parts.iter().any(|part| part.rule == rule));
+        }
+        if let Some((_, needs)) = system.second {
+            let [attained, all] = &mut self.needs[usize::from(needs == Needs::All)];
+            *attained += u64::from(reaction == bounds.latency);
+            *all += 1;
         }
         let by_data = parts.iter().any(|part| part.by_data);
         let with_releases = system.tasks[system.first..]
@@ -276,6 +304,17 @@ fn no_data_that_releases_tasks_is_older_than_a_bound() {
     let [[attained, all], [_, with_releases]] = totals.triggers;
     assert!(
         attained * 10 > all && all * 3 > totals.explored && with_releases * 20 > totals.explored,
+        "{totals:?}"
+    );
+}
+
+/// Both ports matter: a bound of either kind is attained, and data arrives by which the task does not wait for the other port.
+#[test]
+fn no_data_that_releases_tasks_at_several_ports_is_older_than_a_bound() {
+    let totals = explore_random_chains(Kind::SeveralTriggers, 11);
+    let [any, all] = totals.needs;
+    assert!(
+        [any, all].iter().all(|[attained, of]| attained * 100 > *of && of * 4 > totals.explored),
         "{totals:?}"
     );
 }

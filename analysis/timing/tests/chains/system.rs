@@ -1,8 +1,8 @@
 //! A small system: tasks that data passes through, and the analyser's bounds for it.
 
 use mauve_timing::{
-    Bound, ChainBuffer, ChainRelease, ChainStep, ChainWrite, CpuSet, Demand, Distance, Edge, Method,
-    NoLatency, Options, Priority, SetAnalysis, StateMachine, Tasks, Time, TriggerWriter,
+    Bound, ChainBuffer, ChainStep, ChainWrite, CpuSet, Demand, Distance, Edge, Method, Needs, NoLatency,
+    Options, Priority, SetAnalysis, StateMachine, Tasks, Time, TriggerWriter, Triggers,
 };
 
 use super::core::{Core, Facts, cost};
@@ -68,6 +68,8 @@ pub(crate) struct System {
     pub(crate) is_reversed: bool,
     /// Whether statements may execute for less than their time.
     pub(crate) is_early: bool,
+    /// A task after the chain writes a second port of this task, which data at any or at all of both ports releases.
+    pub(crate) second: Option<(usize, Needs)>,
 }
 
 /// The bounds of a system, and what they rely on.
@@ -84,7 +86,7 @@ pub(crate) struct Bounds {
 
 impl System {
     pub(crate) fn new(tasks: Vec<Task>) -> System {
-        System { chain: tasks.len(), tasks, first: 0, is_reversed: false, is_early: false }
+        System { chain: tasks.len(), tasks, first: 0, is_reversed: false, is_early: false, second: None }
     }
 
     /// Returns the place among the tasks that are analysed: a thread executes them in their order.
@@ -147,22 +149,34 @@ impl System {
             // The first job may leave a value, which releases another one.
             let may_leave = of.trigger.is_some() && of.buffer.is_some() && !of.core.returns_to_start();
             let writes = writes.filter(|_| !may_leave);
-            let by = |writer: usize| {
+            let by_clock =
+                |task: &Task| Distance { each: Time::from_nanos(task.period.into()), late: Time::ZERO };
+            let by = |writer: usize, gap: Option<u32>, distance: Option<Distance>| {
                 Some(TriggerWriter {
                     task: self.analysed(writer),
-                    distance: distances[writer]?,
+                    distance: distance?,
                     response: response(writer)?,
-                    gap: all[writer].gap?,
+                    gap: gap?,
                     writes,
                     has_buffer: of.buffer.is_some(),
                 })
             };
-            distances.push(match of.trigger {
-                Some(_) => by(task - 1).and_then(|by| {
-                    analysis.tasks.greatest_distance(self.analysed(task), response(task)?, &by)
-                }),
-                None => Some(Distance { each: Time::from_nanos(of.period.into()), late: Time::ZERO }),
-            });
+            let mut triggers = Triggers::default();
+            if of.trigger.is_some() {
+                triggers.writers.push(by(task - 1, all[task - 1].gap, distances[task - 1]));
+            }
+            if let Some((_, needs)) = self.second.filter(|(reader, _)| *reader == task) {
+                let other = &self.tasks[self.chain];
+                triggers.needs = needs;
+                triggers.writers.push(by(self.chain, other.core.facts(false).gap, Some(by_clock(other))));
+            }
+            let released = analysis.tasks.release(
+                self.analysed(task),
+                response(task)?,
+                &triggers,
+                (task > self.first).then_some(0),
+            );
+            distances.push(of.trigger.map_or(Some(by_clock(of)), |_| released.distance));
             if task < self.first {
                 continue;
             }
@@ -174,7 +188,6 @@ impl System {
             };
             let written: Vec<ChainWrite> = facts.written.iter().map(write).collect();
             let buffer = of.buffer.filter(|_| task > self.first);
-            let released = ChainRelease { distance: distances[task], by_data: task > self.first };
             chain.push(ChainStep {
                 task: self.analysed(task),
                 releases: facts.releases?,

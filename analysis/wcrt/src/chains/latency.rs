@@ -6,8 +6,8 @@ use mauve_hir::{
     SkipCause, Topic, core_of, deployed, flat_of, passages_of, ros2_of,
 };
 use mauve_timing::{
-    ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainStep, ChainWrite, Distance, NoLatency, Status,
-    Task, Time, TriggerWriter,
+    ChainBuffer, ChainLatency, ChainPart, ChainStep, ChainWrite, Distance, NoLatency, Status, Task, Time,
+    TriggerWriter, Triggers,
 };
 use rustc_hash::FxHashMap;
 
@@ -181,6 +181,8 @@ struct Sums<'db> {
     ros2: &'db Ros2,
     /// What is assumed of instances while a chain is summed.
     assumed: FxHashMap<usize, Assumption<'db>>,
+    /// The time between the releases of activities, under these assumptions.
+    distances: FxHashMap<usize, Option<Distance>>,
     /// The activity of each instance, by its name, and by its index.
     activities: FxHashMap<&'db Name, usize>,
     of_instances: Vec<Option<usize>>,
@@ -210,6 +212,7 @@ impl<'db> Sums<'db> {
             system,
             ros2: ros2_of(db, project, deployment),
             assumed: FxHashMap::default(),
+            distances: FxHashMap::default(),
             of_instances: flat.instances.iter().map(|it| activities.get(&it.name).copied()).collect(),
             activities,
             known: FxHashMap::default(),
@@ -300,6 +303,7 @@ impl<'db> Sums<'db> {
     fn way(&mut self, way: &ChainWay<'db>) -> ChainReport<'db> {
         let mut reasons = Vec::new();
         self.assumed = way.steps.iter().map(|step| (step.instance, step.assumption)).collect();
+        self.distances.clear();
         let stages = self.stages(&way.steps.iter().collect::<Vec<_>>(), true);
         let steps = self.steps(&stages, None, &mut reasons);
         let found = self.sum(&steps, &stages, &mut reasons);
@@ -507,11 +511,12 @@ impl<'db> Sums<'db> {
             Ok(found) => return Some(found),
             Err(NoLatency::NoPeriod(step)) => ChainReason::NoBound { step },
             Err(NoLatency::NotPeriodic(step)) => {
-                let trigger = match way.get(step) {
-                    Some(Stage::Step(it)) => self.activity(it).and_then(|(task, _)| self.trigger_of(task)),
+                let triggers = match way.get(step) {
+                    Some(Stage::Step(it)) => self.activity(it).map(|(task, _)| self.triggers_of(task)),
                     _ => None,
                 };
-                let by = trigger.map(|(_, link)| link.source.0.clone());
+                let by = triggers.into_iter().flatten().flatten().next();
+                let by = by.map(|(_, link)| link.source.0.clone());
                 ChainReason::ReleasedByData { step, by }
             }
             Err(NoLatency::NotRead(step)) => ChainReason::NotRead { step, skip: None },
@@ -521,25 +526,85 @@ impl<'db> Sums<'db> {
         None
     }
 
-    /// Returns the port whose data releases an activity, as the target of its connection, which has an index.
-    fn trigger_of(&self, activity: usize) -> Option<(usize, &'db Link<'db>)> {
-        let of = self.system.activities.get(activity)?;
-        let port = of.trigger.as_ref()?;
-        let is_it =
-            |link: &Link<'db>| !link.operation && link.target.0 == of.instance && link.target.1 == *port;
-        let mut links = self.flat.links.iter().enumerate().filter(|(_, link)| is_it(link));
-        // What several connections write is not known.
-        links.next().filter(|_| links.next().is_none())
+    /// Returns the ports whose data releases an activity, as the targets of their connections, which have indices; none for a port
+    /// to which several connections lead, since what they write is not known, or no connection.
+    fn triggers_of(&self, activity: usize) -> Vec<Option<(usize, &'db Link<'db>)>> {
+        let Some(of) = self.system.activities.get(activity) else { return Vec::new() };
+        let of_port = |port: &Name| {
+            let is_it =
+                |link: &Link<'db>| !link.operation && link.target.0 == of.instance && link.target.1 == *port;
+            let mut links = self.flat.links.iter().enumerate().filter(|(_, link)| is_it(link));
+            links.next().filter(|_| links.next().is_none())
+        };
+        of.trigger.iter().flat_map(|it| &it.ports).map(of_port).collect()
     }
 
-    /// Returns the time between the releases of an activity; none without a bound. The `depth` of activities that release others ends a
-    /// cycle.
-    fn distance(&mut self, activity: usize, depth: usize) -> Option<Distance> {
-        let of = self.report.activities.get(activity)?;
-        if of.is_periodic() {
-            return Some(Distance { each: of.period?, late: Time::ZERO });
+    /// Returns at which of the ports whose data releases an activity data enters its step.
+    fn entered(&self, activity: usize, step: &WayStep<'db>) -> Option<usize> {
+        let PassageEnd::Port(port) = &step.ends[0] else { return None };
+        let ports = &self.system.activities.get(activity)?.trigger.as_ref()?.ports;
+        let place = ports.iter().position(|it| it == port)?;
+        let link = self.triggers_of(activity).get(place).copied().flatten();
+        let is_it = link.is_some_and(|(it, _)| step.connection == Some(it)) || self.topic(step, 0).is_some();
+        is_it.then_some(place)
+    }
+
+    /// Returns the time between the releases of an activity; none without a bound.
+    ///
+    /// Activities may release each other in a circle. So the distances of all that release it, directly or through others, begin
+    /// without a bound, and are computed from each other until none changes: those of each round hold.
+    fn distance(&mut self, activity: usize) -> Option<Distance> {
+        if let Some(known) = self.distances.get(&activity) {
+            return *known;
         }
-        let (connection, link) = self.trigger_of(activity).filter(|_| depth > 0)?;
+        let mut open = vec![activity];
+        let mut released: Vec<(usize, Time, Triggers)> = Vec::new();
+        while let Some(index) = open.pop() {
+            if self.distances.contains_key(&index) {
+                continue;
+            }
+            let Some(of) = self.report.activities.get(index) else { continue };
+            let periodic = of.period.filter(|_| of.is_periodic());
+            self.distances.insert(index, periodic.map(|each| Distance { each, late: Time::ZERO }));
+            if let (false, Some(response)) = (of.is_periodic(), of.response) {
+                let triggers = self.triggers(index);
+                open.extend(triggers.writers.iter().flatten().map(|it| it.task));
+                released.push((index, response, triggers));
+            }
+        }
+        for _ in 0..released.len() {
+            let before = self.distances.clone();
+            for (index, response, triggers) in released.iter().rev() {
+                let triggers = self.with_distances(triggers.clone());
+                let found = self.report.tasks.greatest_distance(*index, *response, &triggers);
+                self.distances.insert(*index, found);
+            }
+            if self.distances == before {
+                break;
+            }
+        }
+        self.distances.get(&activity).copied().flatten()
+    }
+
+    /// Enters the known distances of the releases of writers.
+    fn with_distances(&self, mut triggers: Triggers) -> Triggers {
+        for writer in &mut triggers.writers {
+            let distance = writer.and_then(|it| self.distances.get(&it.task).copied().flatten());
+            *writer = writer.zip(distance).map(|(it, distance)| TriggerWriter { distance, ..it });
+        }
+        triggers
+    }
+
+    /// Returns the ports whose data releases an activity, with their writers, without the distances of their releases.
+    fn triggers(&mut self, activity: usize) -> Triggers {
+        let trigger = self.system.activities.get(activity).and_then(|it| it.trigger.as_ref());
+        let needs = trigger.map(|it| it.needs).unwrap_or_default();
+        let links = self.triggers_of(activity).into_iter();
+        Triggers { needs, writers: links.map(|it| self.trigger_writer(it?)).collect() }
+    }
+
+    /// Returns the writer of a port whose data releases an activity; none where the time to its next write has no bound.
+    fn trigger_writer(&mut self, (connection, link): (usize, &'db Link<'db>)) -> Option<TriggerWriter> {
         let instance = self.flat.instances.iter().position(|it| it.name == link.source.0)?;
         let nothing = Assumption::new(self.db, Vec::new(), Vec::new(), Vec::new(), false);
         let end = PassageEnd::Port(link.source.1.clone());
@@ -551,16 +616,15 @@ impl<'db> Sums<'db> {
             assumption: self.assumed.get(&instance).copied().unwrap_or(nothing),
         };
         let (task, by) = self.activity(&writer)?;
-        let by = TriggerWriter {
+        Some(TriggerWriter {
             task,
-            distance: self.distance(task, depth - 1)?,
+            distance: Distance::default(),
             // What is between two hosts delays the data like the writer.
             response: by.response?.checked_add(self.between_hosts(connection)?)?,
             gap: self.releases(&writer, false).ok()?,
             writes: self.writes(&writer, link),
             has_buffer: link.buffer.is_some(),
-        };
-        self.report.tasks.greatest_distance(activity, of.response?, &by)
+        })
     }
 
     /// Returns whether the first jobs read the data that enters a step.
@@ -623,9 +687,12 @@ impl<'db> Sums<'db> {
         let write = self.cost(step).and_then(|key| self.writes.get(&key)).copied();
         let write = write.map_or(response, |it| it.min(response));
         let gap = self.releases(step, false).ok();
-        let released = (!activity.is_periodic()).then(|| ChainRelease {
-            distance: self.distance(task, self.report.activities.len()),
-            by_data: step.connection.is_some() && step.connection == self.trigger_of(task).map(|(it, _)| it),
+        let released = (!activity.is_periodic()).then(|| {
+            self.distance(task);
+            let triggers = self.triggers(task);
+            let triggers = self.with_distances(triggers);
+            let entered = self.entered(task, step);
+            self.report.tasks.release(task, response, &triggers, entered)
         });
         Some(ChainStep { task, releases: 1, write, response, gap, released, ..ChainStep::default() })
     }
@@ -684,6 +751,7 @@ impl<'db> Sums<'db> {
         }
         let mut reasons = Vec::new();
         self.assumed.clear();
+        self.distances.clear();
         // Without a chain, nothing is assumed.
         let ways = hop.after.iter().chain([&hop.before]).filter(|_| hop.chain.is_some());
         self.assumed.extend(ways.map(|step| (step.instance, step.assumption)));
@@ -732,11 +800,10 @@ impl<'db> Sums<'db> {
     fn never_read(&mut self, hop: &Hop<'db>, reader: &Task, found: &mut ConnectionReport<'db>) -> Option<()> {
         let (writer, _) = self.activity(&hop.before)?;
         let gap = self.releases(&hop.before, false).ok()?;
-        let each = self.distance(writer, self.report.activities.len())?.each.checked_mul(u64::from(gap))?;
+        let each = self.distance(writer)?.each.checked_mul(u64::from(gap))?;
         let least = Time::from_nanos(reader.period?.as_nanos() / reader.burst.max(1));
         let step = hop.after.first()?;
-        let trigger = self.activity(step).and_then(|(task, _)| self.trigger_of(task));
-        if trigger.is_some_and(|(connection, _)| step.connection == Some(connection)) {
+        if self.activity(step).is_some_and(|(task, _)| self.entered(task, step).is_some()) {
             found.faster = Some([each, least]).filter(|_| each < least);
         } else {
             let values = least.as_nanos().checked_div(each.as_nanos());

@@ -45,8 +45,9 @@ class Robot {
 
   // The periods of this instance are executed in the thread of another one, after those of all that are already.
   void run_in(const std::string& instance, const std::string& other);
-  // Data at an input releases the activity of this instance, at most `burst` times in a period.
-  void release_by(const std::string& instance, const std::string& input, std::uint64_t burst);
+  // Data at an input releases the activity of this instance, at most `burst` times in a period. Of several inputs, data at one releases
+  // it, or at all of them.
+  void release_by(const std::string& instance, const std::string& input, std::uint64_t burst, bool needs_all);
 
   // Creates an activity that moves samples between ports of instances and the world outside. It outlives the robot's run.
   void gateway(Gateway& gateway, const std::string& name, std::int64_t period, int priority, const Cpus& cpus, std::int64_t deadline,

@@ -77,14 +77,15 @@ class PeriodicThread {
   // Before `start`: executes its periods in the thread of `other`, after those of all that do so already. `other` decides on the
   // scheduling and the releases, and is stopped before this one is destroyed.
   void run_in(PeriodicThread& other);
-  // Before `start`: values that come to this input release it, at most `burst` times in a period. False if the port is no input.
+  // Before `start`: values that come to this input release it, at most `burst` times in a period. False if the port is no input. Called
+  // for several inputs, values at one of them release it, or at all.
   //
   // It is released when a value has come since the beginning of the period before, or a buffer of the port is not empty at the end of
   // that period; and not before the end of a gap: one period after the release that was the last but `burst`. What comes in a gap releases
   // it at its end.
-  bool release_by(RTT::base::PortInterface& port, std::uint64_t burst);
-  // In any thread: a value has come. Never waits, locks or allocates.
-  void arrive();
+  bool release_by(RTT::base::PortInterface& port, std::uint64_t burst, bool needs_all);
+  // In any thread: a value has come to the input of this number. Never waits, locks or allocates.
+  void arrive(unsigned int input);
   // Before `start`: the deadline, for the statistics.
   void set_deadline(Nanoseconds deadline);
   // Before `start`: the execution time that a period takes on a virtual clock in addition to its codels.

@@ -64,8 +64,8 @@ class InputPort : public base::PortInterface {
   // Not in RTT: the number of the sample that was read last, among those that its port has written; 0 without one.
   std::uint64_t number() const { return number_; }
 
-  bool release(mauve::PeriodicThread* thread) override {
-    for (const auto& connection : connections_->all()) connection.channel->release(thread);
+  bool release(mauve::PeriodicThread* thread, unsigned int input) override {
+    for (const auto& connection : connections_->all()) connection.channel->release(thread, input);
     return true;
   }
 

@@ -35,7 +35,7 @@ class PortInterface {
   virtual bool connectTo(PortInterface* other, const ConnPolicy& policy) = 0;
 
   // Not in RTT: what comes to an input, by the connections that it has, releases this thread. False for an output.
-  virtual bool release(mauve::PeriodicThread*) { return false; }
+  virtual bool release(mauve::PeriodicThread*, unsigned int) { return false; }
   // Not in RTT, in the thread of the reader: whether a buffer of an input has something that was not read.
   virtual bool has_more() const { return false; }
 

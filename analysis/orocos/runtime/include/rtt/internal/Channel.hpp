@@ -68,7 +68,7 @@ class Channel {
       // If this fails, the reader has taken the oldest.
       if (tail_.compare_exchange_strong(tail, tail + 1, std::memory_order_acq_rel)) spare_ = oldest;
     }
-    if (released_ != nullptr) released_->arrive();
+    if (released_ != nullptr) released_->arrive(input_);
     return WriteSuccess;
   }
 
@@ -84,7 +84,10 @@ class Channel {
   }
 
   // Before its writer and its reader run: what is written releases this thread.
-  void release(mauve::PeriodicThread* thread) { released_ = thread; }
+  void release(mauve::PeriodicThread* thread, unsigned int input) {
+    released_ = thread;
+    input_ = input;
+  }
 
   // In the thread of the reader: whether it is a buffer with something that was not read.
   bool has_more() const {
@@ -145,7 +148,9 @@ class Channel {
   std::uint64_t returned_begin_ = 0;
   // The slot of the sample that was dropped: the writer's, for the next one.
   std::size_t spare_ = none;
+  // The thread that is released, and the number of the input among those that release it.
   mauve::PeriodicThread* released_ = nullptr;
+  unsigned int input_ = 0;
   // The reader's.
   std::size_t last_ = 0;
   bool has_last_ = false;
