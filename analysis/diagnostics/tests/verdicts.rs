@@ -665,6 +665,126 @@ fn what_an_operation_sends_is_counted_or_refused() {
     assert!(found.contains("a not-analysed: it executes the operation `last` for `b`"), "{found}");
 }
 
+/// What `planner` gets, every 500 ms, whose calls take 60 ms each, from a core of `pilot`, which runs every so many ms.
+fn planner(core: &str, period: u32) -> String {
+    let found = verdicts(&format!(
+        "
+codel search(in goal: int): int
+codel drive(in way: int): bool
+shell S {{ provide plan(in goal: int): int }}
+shell R {{ require plan(in goal: int): int  provide halt(): void }}
+core K(S) {{ provide plan(in goal: int) = {{ return search(goal); }}  update = {{ }} }}
+core A(R) {{ handler h: plan  handler g: plan  var way: int = 0  {core} }}
+component Planner(S, K)
+component Pilot(R, A)
+architecture Robot {{ instance planner: Planner  instance pilot: Pilot  operation planner.plan -> pilot.plan }}
+deployment D {{
+  architecture Robot
+  activity planner {{ priority = 1  period = 500  cpus = [1] }}
+  activity pilot {{ priority = 2  period = {period}  cpus = [2] }}
+}}
+//- /mauve.toml
+timing.tables = ['times.toml']
+//- /times.toml
+[codel]
+search = 60
+drive = 1
+"
+    ));
+    let line = found.lines().find(|it| it.starts_with("planner ")).unwrap();
+    if line.contains("the number of calls has none") {
+        "unbounded".to_owned()
+    } else {
+        line["planner ".len()..].to_owned()
+    }
+}
+
+/// A pilot that asks for a way, waits for it and drives there.
+const ASKING: &str = "
+provide halt() = { }
+statemachine {
+  initial state Asking { transition sent to Planning { h = send(plan, 1); } }
+  state Planning { transition planned if collect(h, way) == success to Driving }
+  state Driving { transition arrived if drive(way) to Asking }
+}";
+
+/// A job of `planner` executes the call that was pending, and those that are sent in 500 ms and in the response time of `pilot`: by at
+/// most 11 jobs of 50 ms, of which each third one sends, 4. So 5 calls, 300 ms.
+#[test]
+fn a_call_that_waits_for_the_last_one() {
+    assert_eq!(planner(ASKING, 50), "met 300 ms");
+    // With a transition in each job, every second one: 1 + 6 calls. A call may also fail.
+    let short = "provide halt() = { }
+        statemachine {
+          initial state Waiting { transition asked if drive(way) to Planning { h = send(plan, 1); } }
+          state Planning {
+            transition planned if collect(h, way) == success to Waiting
+            transition failed if collect(h, way) == failure to Waiting
+          }
+        }";
+    assert_eq!(planner(short, 50), "met 420 ms");
+    // The call is sent when the component starts, and again in the job that collects it: 1 + 6 calls, every 100 ms.
+    let entry = "provide halt() = { }
+        statemachine {
+          initial state Planning {
+            entry = { h = send(plan, 1); }
+            transition planned if collect(h, way) == success to Planning
+          }
+        }";
+    assert_eq!(planner(entry, 100), "met 420 ms");
+    for update in [
+        "if collect(h, way) != not_ready then { h = send(plan, 1); } else { }",
+        "if not_ready == collect(h, way) then { } else { h = send(plan, 1); }",
+        "if !(collect(h, way) == not_ready) && drive(way) then { h = send(plan, 1); } else { }",
+        "if collect(h, way) == success then { way = 1; h = send(plan, 1); } else { if drive(way) then { return; } else { } }",
+    ] {
+        assert_eq!(
+            planner(&format!("provide halt() = {{ }} update = {{ {update} }}"), 100),
+            "met 420 ms",
+            "{update}"
+        );
+    }
+    // Two handlers: a call of each may be pending, 2 + 2 · 3 calls.
+    let two = "provide halt() = { } update = {
+        if collect(h, way) != not_ready then { h = send(plan, 1); } else { }
+        if collect(g, way) != not_ready then { g = send(plan, 1); } else { }
+    }";
+    assert_eq!(planner(two, 200), "met 480 ms");
+}
+
+/// Where a job may send before the last call has ended, calls may wait for each other: their number depends on how late they are. With
+/// c calls of 60 ms each, ⌈(501 + 60 · c) / 100⌉ are sent, which is 13 for 13 calls: more than fit into 500 ms.
+#[test]
+fn a_call_that_may_not_wait_for_the_last_one() {
+    // Another way leads back: every second job sends.
+    let late = ASKING.replace("to Driving }", "to Driving  transition late if drive(way) to Asking }");
+    assert_eq!(planner(&late, 50), "unbounded");
+    // Not ended, or ended and sent twice. Each third job sends, and 6 calls are sent in 501 + 360 ms.
+    let not = ASKING.replace("== success", "!= success");
+    assert_eq!(planner(&not, 50), "met 360 ms");
+    let twice = ASKING.replace("h = send(plan, 1);", "h = send(plan, 1); h = send(plan, 2);");
+    assert_eq!(planner(&twice, 50), "unbounded");
+    // The call of another handler ends.
+    assert_eq!(planner(&ASKING.replace("collect(h", "collect(g"), 50), "met 360 ms");
+    let waits = "if collect(h, way) != not_ready then { h = send(plan, 1); } else { }";
+    for (operation, update) in [
+        ("", "collect(h, way); h = send(plan, 1);"),
+        ("", "if collect(h, way) == not_ready then { h = send(plan, 1); } else { }"),
+        ("", "if collect(g, way) != not_ready then { h = send(plan, 1); } else { }"),
+        ("", "if collect(h, way) != not_ready || drive(way) then { h = send(plan, 1); } else { }"),
+        // One without a handler, one of an operation, and a handler that gets the call of another one.
+        (
+            "",
+            "if collect(h, way) != not_ready then { h = send(plan, 1); } else { if drive(way) then { send(plan, 1); } else { } }",
+        ),
+        ("h = send(plan, 1);", waits),
+        ("h = g;", waits),
+    ] {
+        let core = format!("provide halt() = {{ {operation} }} update = {{ {update} }}");
+        assert_eq!(planner(&core, 100), "unbounded", "{operation} {update}");
+    }
+}
+
 #[test]
 fn a_ring_of_operations_has_no_bound() {
     let model = "

@@ -29,6 +29,7 @@
 //! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |
 //! | `flow.rs`, `flow/` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
 //! | `passage.rs`, `passage/` | how data passes through a core: its flow graph, and a search along all paths |
+//! | `pending_calls.rs` | the calls of required operations that are pending at most |
 //! | `product.rs`, `product/` | the states of a core together with the values of its small variables, and what its programs do to these |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
@@ -74,6 +75,7 @@ mod messages;
 mod msg;
 mod names;
 mod passage;
+mod pending_calls;
 mod product;
 mod program_graph;
 mod program_id;
@@ -135,6 +137,7 @@ pub use names::{
 pub use passage::{
     Assumption, Overwrite, Passage, PassageEnd, Passages, Skip, SkipCause, Written, passages_of,
 };
+pub use pending_calls::pending_calls_of;
 pub use product::{Product, ProductEdge, ProductState, product_of};
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{

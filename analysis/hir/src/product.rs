@@ -29,7 +29,7 @@ use crate::behaviour::{Behaviour, Fired, behaviour_of};
 use crate::body::{BodyId, ByProgram, OperationHead, Place, ProgramIn, by_group, core_scope, of_program};
 use crate::cost::{Cost, Costs, Execution, NOTHING};
 use crate::infer::{VariableOf, inference_of, shared_variables};
-use crate::item_tree::{HookKind, MethodKind, Parameter, SourceId, TypeRef};
+use crate::item_tree::{HookKind, Parameter, SourceId, TypeRef};
 use crate::program_graph::{ProgramGraph, graph_of, graphs_of_group};
 use crate::project::Project;
 use crate::resolve::VariableId;
@@ -490,16 +490,12 @@ impl<'db> ExecutedPrograms<'db> {
         let mut hook = |kind| find((structure?.hook(kind)?, ProgramIn::Whole));
         let (configure, start) = (hook(HookKind::Configure), hook(HookKind::Start));
         let (stop, cleanup) = (hook(HookKind::Stop), hook(HookKind::Cleanup));
-        let mut states = structure.into_iter().flat_map(|it| it.states()).zip(0..);
-        let entry = states
-            .find(|(state, _)| state.initial)
-            .and_then(|(state, index)| Some((BodyId::State(0, index), state.method(MethodKind::Entry)?)));
         let hooks = Hooks {
             core_values: find((BodyId::CoreValues, ProgramIn::Whole)),
             configure,
             machine_values: find((BodyId::MachineValues, ProgramIn::Whole)),
             start,
-            entry: entry.and_then(find),
+            entry: structure.as_ref().and_then(|it| find(it.initial_entry()?)),
             stop,
             cleanup,
         };

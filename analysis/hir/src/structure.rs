@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::body::{Body, BodyId, ProgramIn, ScopedCode, bodies_of, by_group, core_scope, statements};
+use crate::body::{Body, BodyId, Place, ProgramIn, ScopedCode, bodies_of, by_group, core_scope, statements};
 use crate::completeness::Completeness;
 use crate::item_tree::{
     Handler, HookKind, Machine, MethodKind, Name, NameRef, SourceId, State, Statement, TypeRef, Variable,
@@ -162,6 +162,12 @@ impl Structure {
     pub(crate) fn hook(&self, kind: HookKind) -> Option<BodyId> {
         let index = self.hooks.iter().position(|(hook, _)| *hook == kind)?;
         Some(BodyId::Hook(index as u32))
+    }
+
+    /// Returns where the `entry` of its initial state is, which a component executes when it starts.
+    pub(crate) fn initial_entry(&self) -> Option<Place> {
+        let (state, index) = self.states().zip(0..).find(|(state, _)| state.initial)?;
+        Some((BodyId::State(0, index), state.method(MethodKind::Entry)?))
     }
 }
 

@@ -85,6 +85,8 @@ impl Tasks {
                 "provider": of.provider,
                 "client": of.client,
                 "sends": of.sends,
+                "every": of.every,
+                "pending": of.pending,
                 "time": of.time.as_nanos(),
                 "calls": calls,
             })

@@ -15,8 +15,12 @@ const MOST_ROUNDS: u32 = 32;
 /// sends. For the n = ⌈t/Tp⌉ jobs of a window of length t, that is not less than k · ⌈(n·Tp + Rp + Rc)/Tc⌉, the calls that jobs of
 /// the client send in n·Tp + Rp. This is enough: *at the next job*, the n jobs execute what was sent between the start of the job
 /// before the window and that of the last one, less than n·Tp + Rp apart; *at once*, nothing waits when the window begins, so
-/// they execute what is sent in t. With bursts of b jobs, the client sends b times as much in each Tc. Where the provider is one of
-/// several tasks of a thread, Rp is the greatest of theirs: all of them are delayed by what it executes.
+/// they execute what is sent in t. With bursts of b jobs, the client has b times as many jobs in each Tc; if each m successive ones
+/// send k calls at most, j of them send k · ⌈j/m⌉. Where the provider is one of several tasks of a thread, Rp is the greatest of
+/// theirs: all of them are delayed by what it executes.
+///
+/// If at most q calls are pending at any instant, since the client sends no more until one has been executed, what the provider
+/// executes in t was pending when the window began, or is sent in t: q + the calls of n·Tp + Rc, whatever Rp is. The less counts.
 ///
 /// The response times R depend on the numbers of calls, and these on R. Every fixed point is sound: suppose that all jobs up to
 /// some instant keep to R; then the calls of that time are counted, and the next job keeps to R too. The least fixed point is
@@ -79,16 +83,20 @@ pub(crate) fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>
         let count = || {
             // Calls wait for its next job: without a clock, for ever, and any number of them.
             let provider = set.all.get(operation.provider).filter(|provider| provider.is_periodic())?;
-            let of_provider = of_thread(provider).unwrap_or(response(operation.provider))?;
-            let of_jobs = response(operation.client)?.checked_add(of_provider)?;
-            let window = of_jobs.checked_add(period(operation.provider)?)?;
-            let bursts = window.as_nanos().div_ceil(period(operation.client)?.as_nanos());
-            let jobs = bursts.checked_mul(set.all.get(operation.client)?.burst())?;
             let sends = match operation.during {
                 Some(during) => operation.sends.checked_mul(counts.get(during).copied().flatten()?)?,
                 None => operation.sends,
             };
-            sends.checked_mul(jobs)
+            let least = response(operation.client)?.checked_add(period(operation.provider)?)?;
+            let sent_in = |window: Time| {
+                let bursts = window.as_nanos().div_ceil(period(operation.client)?.as_nanos());
+                let jobs = bursts.checked_mul(set.all.get(operation.client)?.burst())?;
+                sends.checked_mul(jobs.div_ceil(operation.every.max(1)))
+            };
+            let of_provider = of_thread(provider).unwrap_or(response(operation.provider));
+            let sent = of_provider.and_then(|it| sent_in(least.checked_add(it)?));
+            let pending = operation.pending.and_then(|it| it.checked_add(sent_in(least)?));
+            sent.into_iter().chain(pending).min()
         };
         let count = count();
         counts.push(count);
@@ -151,7 +159,14 @@ mod tests {
         time: u64,
         during: Option<usize>,
     ) -> TaskOperation {
-        TaskOperation { provider, client, sends, time: Time::from_nanos(time), during }
+        TaskOperation {
+            provider,
+            client,
+            sends,
+            time: Time::from_nanos(time),
+            during,
+            ..TaskOperation::default()
+        }
     }
 
     fn set(activities: &[Task], operations: &[TaskOperation]) -> Tasks {

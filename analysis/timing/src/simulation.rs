@@ -495,8 +495,13 @@ mod tests {
     #[test]
     fn calls_are_executed_by_the_provider() {
         let mut set = set(vec![simple(2, 10, 1, 1), simple(1, 10, 1, 6)]);
-        set.operations =
-            vec![TaskOperation { provider: 0, client: 1, sends: 1, time: Time::from_nanos(2), during: None }];
+        set.operations = vec![TaskOperation {
+            provider: 0,
+            client: 1,
+            sends: 1,
+            time: Time::from_nanos(2),
+            ..TaskOperation::default()
+        }];
         let options = SimulationOptions { seed: 5, ..worst(20) };
         check(
             &set,
@@ -821,7 +826,8 @@ mod tests {
     fn calls_that_arrive_during_a_job_wait() {
         let mut set = set(vec![simple(2, 100, 1, 10), simple(1, 40, 2, 15)]);
         let time = Time::from_nanos(8);
-        set.operations = vec![TaskOperation { provider: 0, client: 1, sends: 3, time, during: None }];
+        set.operations =
+            vec![TaskOperation { provider: 0, client: 1, sends: 3, time, ..TaskOperation::default() }];
         let of_provider = |calls: Calls| {
             let mut schedule = set.simulate(&SimulationOptions { calls, ..worst(310) }, &|| ());
             schedule.slices.retain(|slice| slice.activity == 0);

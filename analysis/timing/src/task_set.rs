@@ -189,6 +189,13 @@ pub struct OperationEntry {
     pub client: String,
     /// The greatest number of calls that one job of the client sends, or one execution of the operation `during`.
     pub sends: u64,
+    /// So many successive jobs of the client send no more calls than one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every: Option<u64>,
+    /// The greatest number of these calls that have been sent and not executed, if the client waits for the end of a call before the
+    /// next one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pending: Option<u64>,
     /// The number of the operation that sends the calls, an earlier one that the client executes, from 0; none for a job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub during: Option<usize>,

@@ -4,7 +4,7 @@ use crate::{CpuSet, Demand, Lock, Priority, StateMachine, Task, Time};
 
 /// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
 /// periods.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct TaskOperation {
     /// The index of the activity that executes it.
     pub provider: usize,
@@ -12,6 +12,10 @@ pub struct TaskOperation {
     pub client: usize,
     /// The greatest number of calls that a job of the client sends; if `during`, that one execution of that operation sends.
     pub sends: u64,
+    /// So many successive jobs of the client send no more calls than one; 0 and 1 are the same.
+    pub every: u64,
+    /// The greatest number of these calls that have been sent and not executed, if the client bounds it.
+    pub pending: Option<u64>,
     /// The execution time of one call, with its waits: see [`Task::waiting_in_calls`].
     pub time: Time,
     /// The operation that sends the calls, executed by the client: the index of an earlier one.

@@ -169,7 +169,10 @@ fn no_response_with_operations_exceeds_its_bound() {
                 earlier[first].provider
             });
             let (sends, time) = (systems.from(0, 2), Time::from_nanos(systems.from(0, 3)));
-            set.operations.push(TaskOperation { provider, client, sends, time, during });
+            // The client may send in some jobs only, or when its last call has been executed.
+            let every = if during.is_none() { systems.from(0, 3) } else { 0 };
+            let pending = (during.is_none() && systems.from(0, 1) == 0).then(|| systems.from(1, 2));
+            set.operations.push(TaskOperation { provider, client, sends, every, pending, time, during });
         }
         set
     });
@@ -245,7 +248,13 @@ fn no_response_of_threads_exceeds_its_bound() {
             1 => {
                 let (provider, client) = (systems.from(0, last) as usize, systems.from(0, last) as usize);
                 let time = Time::from_nanos(systems.from(1, 3));
-                set.operations.push(TaskOperation { provider, client, sends: 1, time, during: None });
+                set.operations.push(TaskOperation {
+                    provider,
+                    client,
+                    sends: 1,
+                    time,
+                    ..TaskOperation::default()
+                });
             }
             _ => {}
         }
@@ -267,7 +276,13 @@ fn no_response_with_all_of_these_exceeds_its_bound() {
             let last = set.activities().len() as u64 - 1;
             let (provider, client) = (systems.from(0, last) as usize, systems.from(0, last) as usize);
             let time = Time::from_nanos(systems.from(1, 3));
-            set.operations.push(TaskOperation { provider, client, sends: 1, time, during: None });
+            set.operations.push(TaskOperation {
+                provider,
+                client,
+                sends: 1,
+                time,
+                ..TaskOperation::default()
+            });
         }
         systems.share(&mut set, 0);
         if has[2] {
@@ -542,7 +557,7 @@ fn calls_are_sent_and_executed() {
                 client: systems.from(0, last) as usize,
                 sends: systems.from(0, 2),
                 time: Time::from_nanos(systems.from(0, 3)),
-                during: None,
+                ..TaskOperation::default()
             };
             set.operations = (0..2).map(|_| operation(&mut systems)).collect();
             let schedule = set.simulate(&SimulationOptions { calls, ..systems.options(2000) }, &|| ());

@@ -87,13 +87,18 @@ pub(crate) struct CertifiedLock {
     pub(crate) users: Vec<(usize, Option<u64>)>,
 }
 
-/// Each job of the client sends so many calls, which the provider executes for `time` each.
+/// Each `every` successive jobs of the client send so many calls, which the provider executes for `time` each; so many are pending
+/// at most.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CertifiedOperation {
     pub(crate) provider: usize,
     pub(crate) client: usize,
     pub(crate) sends: u64,
+    #[serde(default)]
+    pub(crate) every: u64,
+    #[serde(default)]
+    pub(crate) pending: Option<u64>,
     pub(crate) time: u64,
     /// Counted in each job of the provider; none if unknown.
     pub(crate) calls: Option<u64>,

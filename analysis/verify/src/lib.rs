@@ -432,6 +432,19 @@ mod tests {
         least(&robot, "claims/1/ends/0", 14);
         greatest(&robot, "claims/1/response", 19);
         greatest(&robot, "claims/0/response", 4);
+        // Each second job sends: 3 calls. At most one is pending: 1 + ⌈(1 + 30)/20⌉, also if `low` were later.
+        let limited = |key: &str, pending: Value, calls: u64| {
+            let mut robot = robot.clone();
+            let operation = &mut robot["systems"][0]["operations"][0];
+            (operation["every"], operation["pending"], operation["calls"]) =
+                (json!(2), pending, json!(calls));
+            robot["systems"][0]["tasks"][1]["machine"]["gains"] = json!([2 + 2 * calls]);
+            changed(&robot, &[(key, json!(16))])
+        };
+        assert_eq!(limited("claims/1/response", json!(null), 3), "accepted");
+        assert_ne!(limited("claims/1/response", json!(null), 2), "accepted");
+        assert_eq!(limited("claims/1/response", json!(1), 3), "accepted");
+        assert_ne!(limited("claims/1/response", json!(1), 2), "accepted");
         assert_ne!(changed(&robot, &[("operations/0/sends", json!(2))]), "accepted");
         assert_ne!(changed(&robot, &[("operations/0/time", json!(3))]), "accepted");
         assert_ne!(

@@ -104,7 +104,7 @@ impl<'c> CheckedTasks<'c> {
     }
 
     /// Checks how many calls of an operation a job of the provider executes: those that are sent from R before the job to the end of
-    /// its period, by jobs that end R later.
+    /// its period, by jobs that end R later; or those that are pending at most, and those that are sent in its period.
     fn check_calls(&self, of: &CertifiedOperation) -> Checks<()> {
         let (Some(provider), Some(client)) = (self.all.get(of.provider), self.all.get(of.client)) else {
             return Err("an operation of a task that does not exist".to_owned());
@@ -114,14 +114,20 @@ impl<'c> CheckedTasks<'c> {
         if provider.task.sporadic || provider.burst > 1 || provider.period == 0 || client.period == 0 {
             return Err(format!("{what}: nothing bounds when they are executed"));
         }
+        let own = [self.response(of.client)?, provider.period].map(u128::from).iter().sum::<u128>();
+        let sent_in = |window: u128| {
+            let jobs = u128::div_ceil(window, client.period.into()).saturating_mul(client.burst.into());
+            u128::from(of.sends).saturating_mul(jobs.div_ceil(of.every.max(1).into()))
+        };
+        if of.pending.is_some_and(|it| u128::from(calls) >= sent_in(own).saturating_add(it.into())) {
+            return Ok(());
+        }
         self.work.spend(provider.thread.len())?;
         let mut of_thread = 0;
         for it in &provider.thread {
             of_thread = of_thread.max(self.response(*it)?);
         }
-        let window = [self.response(of.client)?, of_thread, provider.period].map(u128::from).iter().sum();
-        let jobs = u128::div_ceil(window, client.period.into()).saturating_mul(client.burst.into());
-        let least = u128::from(of.sends).saturating_mul(jobs);
+        let least = sent_in(own.saturating_add(of_thread.into()));
         match u128::from(calls) >= least {
             true => Ok(()),
             false => Err(format!("{what}: {calls} for each job, but {least} may be sent")),

@@ -114,7 +114,7 @@ fn add_calls<'db>(
 ) {
     let calls = |it: &Connected| {
         let client = system.activities.get(it.client)?;
-        let sends = sends_of(db, project, client.executed()?).get(&it.required).copied()?;
+        let sends = sends_of(db, project, client.executed()?).get(&it.required)?.most;
         Some(sends as f64 * jobs_in(&client.task, mission))
     };
     let mut open: Vec<(&Connected, f64)> =

@@ -131,6 +131,8 @@ fn operations_of(system: &System<'_>, served: &[Served<'_>]) -> Vec<OperationEnt
                     provider: instance(operation.provider),
                     client: instance(operation.client),
                     sends: operation.sends,
+                    every: Some(operation.every).filter(|every| *every > 1),
+                    pending: operation.pending,
                     during,
                     time: Numbers::One(Number::Whole(0)),
                     waits: false,

@@ -6,29 +6,66 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Behaviour, Cost, CostGraph, Decl, Execution, ModelDb, Project, TimedProgram, behaviour_of, core_of,
+    Behaviour, Cost, CostGraph, Decl, Execution, ModelDb, Product, Project, behaviour_of, core_of, fold,
+    pending_calls_of, product_of,
 };
 
-/// Returns the greatest number of calls that one period of a component sends to each of its required operations.
+/// The calls that the jobs of a component send to a required operation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct SentCalls {
+    /// The greatest number that one job sends.
+    pub(crate) most: u64,
+    /// So many successive jobs send no more, at least.
+    pub(crate) every: u64,
+    /// The greatest number that are pending, if the programs bound it.
+    pub(crate) pending: Option<u64>,
+}
+
+/// Returns the calls that a component sends to each of its required operations.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn sends_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     component: Decl<'db>,
-) -> FxHashMap<Name, u64> {
+) -> FxHashMap<Name, SentCalls> {
     let Some(core) = core_of(db, project, component) else { return FxHashMap::default() };
     let behaviour = behaviour_of(db, project, core);
     let costs = behaviour.programs.iter().chain(&behaviour.operations).map(|program| &*program.cost);
-    let mut sends: FxHashMap<Name, u64> = FxHashMap::default();
+    let mut sends: FxHashMap<Name, SentCalls> = FxHashMap::default();
     for name in costs.flat_map(CostGraph::sends).collect::<BTreeSet<_>>() {
         let of_operations = calls_of_operations(behaviour, name);
-        let count = |program: &TimedProgram<'db>| calls(&program.cost, name, &of_operations);
-        let of_programs: Vec<u64> = behaviour.programs.iter().map(count).collect();
-        let add = |sum: u64, index: usize| sum.saturating_add(of_programs.get(index).copied().unwrap_or(0));
-        let greatest = behaviour.edges.sums(0, add).into_iter().max().unwrap_or(0);
-        sends.insert(name.clone(), greatest);
+        let product = product_of(db, project, core);
+        let counts = fold(&product.costs, |part, known| calls_in(part, known, name, &of_operations));
+        let (most, every) = most_sent(product, &counts);
+        let pending = pending_calls_of(db, project, core).get(name).copied();
+        sends.insert(name.clone(), SentCalls { most, every, pending });
     }
     sends
+}
+
+/// The most jobs that are followed, times the edges.
+const MOST_STEPS: usize = 1 << 20;
+
+/// Returns the greatest number of calls that a job sends, and how many successive jobs send no more.
+fn most_sent(product: &Product<'_>, counts: &[u64]) -> (u64, u64) {
+    let count = |cost: u32| counts.get(cost as usize).copied().unwrap_or(0);
+    let most = product.edges.iter().map(|it| count(it.cost)).max().unwrap_or(0);
+    // The most that so many jobs send, by the state in which they begin.
+    let mut sent = vec![0; product.states.len()];
+    for jobs in 0..(MOST_STEPS / product.edges.len().max(1)) as u64 {
+        let mut next = vec![0; sent.len()];
+        for edge in &product.edges {
+            let (source, target) = edge.ends();
+            let after = sent.get(target).copied().unwrap_or(0);
+            let known = next.get_mut(source).into_iter();
+            known.for_each(|known: &mut u64| *known = (*known).max(count(edge.cost).saturating_add(after)));
+        }
+        if next.iter().any(|sent| *sent > most) {
+            return (most, jobs.max(1));
+        }
+        sent = next;
+    }
+    (most, (MOST_STEPS / product.edges.len().max(1)).max(1) as u64)
 }
 
 /// Returns the greatest number of calls that one execution of an operation sends, by required operation.
@@ -92,16 +129,18 @@ fn calls_of_operations(behaviour: &Behaviour<'_>, name: &Name) -> Vec<u64> {
 /// Returns the greatest number of calls to the required operation `name`, or of accesses to the port, along a path of a program; it
 /// saturates.
 fn calls(cost: &CostGraph<'_>, name: &Name, of_operations: &[u64]) -> u64 {
-    let calls = cost.folded(|part, known: &[u64]| {
-        let of = |index: &u32| known.get(*index as usize).copied().unwrap_or(0);
-        match part {
-            Cost::Nothing | Cost::One(Execution::Codel(_)) => 0,
-            Cost::One(Execution::Operation(index)) => of_operations.get(*index).copied().unwrap_or(0),
-            Cost::One(Execution::Send(used) | Execution::Access(used)) => u64::from(used == name),
-            Cost::Sum(one, other) => of(one).saturating_add(of(other)),
-            Cost::Greatest(one, other) => of(one).max(of(other)),
-            Cost::Program(_, inner) | Cost::Operation(_, inner) => of(inner),
-        }
-    });
-    calls.unwrap_or(0)
+    cost.folded(|part, known| calls_in(part, known, name, of_operations)).unwrap_or(0)
+}
+
+/// Returns the number of a part of a cost, from those of earlier parts.
+fn calls_in(part: &Cost<'_>, known: &[u64], name: &Name, of_operations: &[u64]) -> u64 {
+    let of = |index: &u32| known.get(*index as usize).copied().unwrap_or(0);
+    match part {
+        Cost::Nothing | Cost::One(Execution::Codel(_)) => 0,
+        Cost::One(Execution::Operation(index)) => of_operations.get(*index).copied().unwrap_or(0),
+        Cost::One(Execution::Send(used) | Execution::Access(used)) => u64::from(used == name),
+        Cost::Sum(one, other) => of(one).saturating_add(of(other)),
+        Cost::Greatest(one, other) => of(one).max(of(other)),
+        Cost::Program(_, inner) | Cost::Operation(_, inner) => of(inner),
+    }
 }

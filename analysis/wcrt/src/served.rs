@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 
 use crate::psm::{OtherTimes, is_readable, operation_with};
 use crate::reason::{CallsReason, Reason, Refusal};
-use crate::sends::sends_of;
+use crate::sends::{SentCalls, sends_of};
 use crate::system::{Connected, System};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{ModelDb, Project};
@@ -32,7 +32,7 @@ struct Sent<'a> {
     connected: &'a Connected,
     /// The greatest number that one job of the client sends; `during` an operation, that one execution of it sends. `None` if it
     /// is unknown.
-    sends: Option<u64>,
+    sends: Option<SentCalls>,
     /// The operation that sends them, as an index into [`Served::operations`]; none for a job, and if the number is unknown.
     during: Option<usize>,
     /// The operations whose execution leads to these calls: the provider, and the name.
@@ -67,9 +67,9 @@ fn sent_by_jobs<'a, 'db>(
         let component = system.activities.get(connected.client).and_then(|client| client.component);
         // In the background too: there, it only has no period.
         let component = component.filter(|&component| *is_readable(db, project, component));
-        let sends =
-            component.map(|it| sends_of(db, project, it).get(&connected.required).copied().unwrap_or(0));
-        if sends != Some(0) {
+        let sends = component
+            .map(|it| sends_of(db, project, it).get(&connected.required).copied().unwrap_or_default());
+        if sends.is_none_or(|it| it.most > 0) {
             sent.push(Sent { connected, sends, during: None, chain: Vec::new() });
         }
     }
@@ -143,10 +143,18 @@ pub(crate) fn served_in<'db>(
                 refusals.into_iter().for_each(|refusal| found.add(connected.provider, refusal));
                 None
             }
-            (Some(sends), Ok(time)) => {
+            (Some(SentCalls { most: sends, every, pending }), Ok(time)) => {
                 found.connections.push(connected.clone());
                 let (provider, client) = (connected.provider, connected.client);
-                found.operations.push(TaskOperation { provider, client, sends, time, during });
+                found.operations.push(TaskOperation {
+                    provider,
+                    client,
+                    sends,
+                    every,
+                    pending,
+                    time,
+                    during,
+                });
                 found.waits.push(executed.waits);
                 Some(found.operations.len() - 1)
             }
@@ -154,7 +162,7 @@ pub(crate) fn served_in<'db>(
         // What an unknown number of executions sends is unknown.
         open.extend(sent.into_iter().map(|(connected, sends)| Sent {
             connected,
-            sends: index.map(|_| sends),
+            sends: index.map(|_| SentCalls { most: sends, ..SentCalls::default() }),
             during: index,
             chain: chain.clone(),
         }));

@@ -139,6 +139,10 @@ enum PartStop {
 struct Sends {
     operation: usize,
     most: u64,
+    /// So many jobs send no more than one.
+    every: u64,
+    /// The number of jobs that send none, since an earlier one did.
+    resting: u64,
     /// The operation whose execution sends them; none for each job.
     during: Option<usize>,
 }
@@ -216,7 +220,7 @@ struct Engine<'a> {
     now: u64,
     threads: Vec<SimulatedThread>,
     /// For each operation its provider, if that is simulated, and the execution time of a call.
-    operations: Vec<(Option<usize>, u64)>,
+    operations: Vec<(Option<usize>, u64, Option<u64>)>,
     locks: Vec<EngineLock>,
     cpus: Vec<EngineCpu>,
     groups: Vec<CpuGroup>,
@@ -278,7 +282,7 @@ impl<'a> Engine<'a> {
             let sends = set.operations.iter().enumerate().filter(|(_, operation)| operation.client == index);
             let sends = sends.map(|(operation, it)| {
                 let most = it.sends.min(MOST_CALLS);
-                Sends { operation, most, during: it.during }
+                Sends { operation, most, every: it.every, resting: 0, during: it.during }
             });
             // The first task of its thread has the choices of its releases.
             let first = set.all().iter().position(|it| it.is_mate(task)).unwrap_or(index);
@@ -286,7 +290,8 @@ impl<'a> Engine<'a> {
         }
         engine.add_mates(set);
         let provider = |index: usize| thread_of.get(index).copied().flatten();
-        let operations = set.operations.iter().map(|it| (provider(it.provider), it.time.as_nanos()));
+        let operations = set.operations.iter();
+        let operations = operations.map(|it| (provider(it.provider), it.time.as_nanos(), it.pending));
         engine.operations = operations.collect();
         engine.add_locks(set, &thread_of);
         engine
@@ -522,7 +527,7 @@ impl<'a> Engine<'a> {
         if calls > 0
             && let Some(operation) = task.calls.pop_front()
         {
-            let time = self.operations.get(operation).map_or(0, |(_, time)| *time);
+            let time = self.operations.get(operation).map_or(0, |(_, time, _)| *time);
             let cost = execution_time(time, least_time, &mut task.job_choices);
             begin(Executed::Operation(operation), cost);
             task.choose_sends(Some(operation), cost);
@@ -689,8 +694,16 @@ impl<'a> Engine<'a> {
     }
 
     fn send(&mut self, operation: usize) {
-        let Some(&(Some(provider), _)) = self.operations.get(operation) else { return };
-        self.threads[provider].calls.push_back(operation);
+        let Some(&(Some(provider), _, most_pending)) = self.operations.get(operation) else { return };
+        let task = &mut self.threads[provider];
+        let executed = task.part.as_ref().map(|part| part.executed);
+        let calls = task.calls.iter().filter(|it| **it == operation).count();
+        let pending = calls as u64 + u64::from(executed == Some(Executed::Operation(operation)));
+        // Its client waits for the end of a call before the next one.
+        if most_pending.is_some_and(|most| pending >= most) {
+            return;
+        }
+        task.calls.push_back(operation);
         if self.options.calls == Calls::BetweenJobs && self.threads[provider].part.is_none() {
             self.wake(provider);
         }
@@ -837,8 +850,14 @@ impl<'a> Engine<'a> {
 impl SimulatedThread {
     /// Chooses the calls that a part of this length sends: a job, or the execution of an operation.
     fn choose_sends(&mut self, during: Option<usize>, cost: u64) {
-        for sends in self.sends.iter().filter(|sends| sends.during == during) {
-            for _ in 0..self.job_choices.up_to(sends.most) {
+        for sends in self.sends.iter_mut().filter(|sends| sends.during == during) {
+            if sends.resting > 0 {
+                sends.resting -= 1;
+                continue;
+            }
+            let calls = self.job_choices.up_to(sends.most);
+            sends.resting = if calls > 0 { sends.every.saturating_sub(1) } else { 0 };
+            for _ in 0..calls {
                 self.stops.push((self.job_choices.up_to(cost), PartStop::Send(sends.operation)));
             }
         }

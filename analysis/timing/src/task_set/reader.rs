@@ -242,6 +242,8 @@ impl<'a> TaskSetReader<'a> {
             provider: index(&entry.provider)?,
             client: index(&entry.client)?,
             sends: entry.sends,
+            every: entry.every.unwrap_or_default(),
+            pending: entry.pending,
             time: self.time_at("time", &entry.time)?.ok_or(missing)?,
             during: entry.during,
         })

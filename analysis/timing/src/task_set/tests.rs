@@ -126,6 +126,7 @@ fn what_the_analysis_reads() {
         sends: 2,
         time: Time::from_nanos(time),
         during,
+        ..TaskOperation::default()
     };
     assert_eq!(found.operations, [operation(0, 1, 3, None), operation(1, 0, 5, Some(0))]);
     // At the other level, `rear` is not analysed, nor `front` by the classic method.

@@ -324,7 +324,7 @@ impl System {
             client: served.client,
             sends: served.sends,
             time: Time::from_nanos(served.time),
-            during: None,
+            ..TaskOperation::default()
         };
         let mut set = Tasks::new(self.tasks.iter().map(Task::activity).collect());
         set.operations = self.operations.iter().map(operation).collect();
