@@ -141,7 +141,6 @@ fn chain_problem(problem: &ChainProblem) -> String {
         ChainProblem::TooManyWays => {
             "the ways from one end to the other are too many to follow: write instances on the way in `through`".to_owned()
         }
-        ChainProblem::Twice(instance) => format!("it goes twice through `{instance}`"),
         ChainProblem::NoWay => "it ends where it begins".to_owned(),
         ChainProblem::NoState { instance, state } => {
             format!("`{instance}` has no state `{state}`, or is not in the chain")

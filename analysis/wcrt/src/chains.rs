@@ -198,8 +198,6 @@ pub enum ChainProblem {
     SeveralWays { through: Vec<Name> },
     /// The ways from one end to the other are too many to follow.
     TooManyWays,
-    /// It goes twice through an instance.
-    Twice(Name),
     /// It begins where it ends.
     NoWay,
     /// The instance of `while` has no such state, or is not in the chain.

@@ -114,16 +114,6 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
             let (name, span) = located;
             let named = self.named(name);
             let named = named.ok_or((Some(span), ChainProblem::Unresolved(name.as_str().into())))?;
-            // As far as the names say that.
-            let instance = |it: &NamedInChain<'db>| {
-                it.instances().first().copied().filter(|_| it.instances().len() == 1)
-            };
-            let own = instance(&named);
-            let earlier = points.iter().rev().skip(1).any(|(it, _)| own.is_some() && instance(it) == own);
-            let is_next = points.last().is_some_and(|(it, _)| instance(it) == own);
-            if earlier && !is_next {
-                return Err((Some(span), ChainProblem::Twice(self.name(own))));
-            }
             points.push((named, located));
         }
         let [(first, _), through @ .., (last, _)] = points.as_slice() else {
@@ -291,7 +281,6 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
             }
             let leading = self.network.leading(to.instances());
             let problem = match from.instances() {
-                [one] if to.instances() == [*one] => ChainProblem::Twice(self.name(Some(*one))),
                 several if several.iter().any(|it| leading.contains(it)) => {
                     ChainProblem::NotPassed { instance: self.name(last.or(several.first().copied())) }
                 }
@@ -305,6 +294,6 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
         // Each part has a way, and all together have none.
         let last = points.iter().rev().nth(1);
         let name = self.name(last.and_then(|(it, _)| it.instances().first().copied()));
-        Some((last.map(|(_, (_, span))| span), ChainProblem::Twice(name)))
+        Some((last.map(|(_, (_, span))| span), ChainProblem::NotPassed { instance: name }))
     }
 }

@@ -1,13 +1,17 @@
 //! The way of a declared chain: from its first name through others to its last one.
 //!
 //! There may be more ways than can be listed: 4⁸ through ten layers of four instances. So the search finds out first which steps lead
-//! to the last name at all, as if a way could go twice through an instance, and ends at the second way that differs from the first:
-//! the declaration then says too little.
+//! to the last name at all, whatever instances a way visits, and ends at the second way that differs from the first: the declaration
+//! then says too little.
+//!
+//! Where no way visits each instance once, data goes in a loop: from the driver that reads the robot to a controller, and back to the
+//! driver. Then the shortest way counts that visits each instance twice at most, and once more for each name behind the first.
 
 use std::cell::Cell;
+use std::collections::VecDeque;
 
-use mauve_hir::{Decl, PassageEnd, closure};
-use rustc_hash::{FxHashMap, FxHashSet};
+use mauve_hir::{Decl, PassageEnd};
+use rustc_hash::FxHashMap;
 
 use super::WayStep;
 use super::network::{DataPlace, Network};
@@ -104,31 +108,57 @@ pub(super) fn ways<'db>(
     for (number, it) in tried.iter().enumerate() {
         it.next.iter().for_each(|&next| before[next].push(number));
     }
-    let ends = (0..tried.len()).filter(|&it| is_end(&tried[it]));
-    let leads: FxHashSet<usize> = closure(ends, |it| before[it].iter().copied()).into_iter().collect();
-
-    let mut all: Vec<Vec<WayStep<'db>>> = Vec::new();
-    let (mut way, mut on_way) = (Vec::new(), FxHashSet::default());
-    let mut open = vec![first.into_iter()];
-    while let Some(rest) = open.last_mut() {
-        let Some(number) = rest.next() else {
-            open.pop();
-            way.pop().inspect(|&it: &usize| _ = on_way.remove(&tried[it].step.instance));
-            continue;
-        };
-        let it = &tried[number];
-        if !leads.contains(&number) || !on_way.insert(it.step.instance) {
-            continue;
-        }
-        spend()?;
-        way.push(number);
-        if is_end(it) {
-            all.push(way.iter().map(|&it| tried[it].step.clone()).collect());
-            if all.first().zip(all.last()).is_some_and(|(one, two)| is_other_way(one, two)) {
-                break;
+    // The number of steps from each to an end.
+    let mut left: Vec<Option<usize>> = vec![None; tried.len()];
+    let mut reached: VecDeque<usize> = (0..tried.len()).filter(|&it| is_end(&tried[it])).collect();
+    reached.iter().for_each(|&it| left[it] = Some(1));
+    while let Some(number) = reached.pop_front() {
+        for &it in &before[number] {
+            if left[it].is_none() {
+                left[it] = left[number].map(|steps| steps + 1);
+                reached.push_back(it);
             }
         }
-        open.push(it.next.clone().into_iter());
+    }
+    // The ways of so many steps at most that visit each instance so often at most.
+    let search = |most: usize, longest: usize| {
+        let mut all: Vec<Vec<WayStep<'db>>> = Vec::new();
+        let mut way: Vec<usize> = Vec::new();
+        let mut visits: FxHashMap<usize, usize> = FxHashMap::default();
+        let mut open = vec![first.clone().into_iter()];
+        while let Some(rest) = open.last_mut() {
+            let Some(number) = rest.next() else {
+                open.pop();
+                let last = way.pop().and_then(|it| visits.get_mut(&tried[it].step.instance));
+                last.into_iter().for_each(|it| *it -= 1);
+                continue;
+            };
+            let it = &tried[number];
+            let visits = visits.entry(it.step.instance).or_default();
+            if left[number].is_none_or(|left| way.len() + left > longest) || *visits == most {
+                continue;
+            }
+            spend()?;
+            *visits += 1;
+            way.push(number);
+            if is_end(it) {
+                all.push(way.iter().map(|&it| tried[it].step.clone()).collect());
+                if all.first().zip(all.last()).is_some_and(|(one, two)| is_other_way(one, two)) {
+                    break;
+                }
+            }
+            open.push(it.next.clone().into_iter());
+        }
+        Some(all)
+    };
+    let mut all = search(1, usize::MAX)?;
+    let most = 1 + through.len().max(1);
+    let least = first.iter().filter_map(|&it| left[it]).min().unwrap_or(usize::MAX);
+    for longest in least..=most * network.flat.instances.len() {
+        if !all.is_empty() {
+            break;
+        }
+        all = search(most, longest)?;
     }
     Some(FoundWays { all, last })
 }
