@@ -607,6 +607,109 @@ fn a_chain_that_loops_through_one_instance() {
     );
 }
 
+/// A guard writes literals when what it sees is dangerous, or no longer is.
+const STOP: &str = "
+codel look(out n: int): void
+codel danger(in n: int): bool
+codel drive(in halted: bool): void
+shell Eye { output port seen: int }
+shell Guard { input port seen: int  output port stop: bool }
+shell Base { input port stop: bool }
+core EyeCore(Eye) { var n: int = 0  update = { look(n); write(seen, n); } }
+core GuardCore(Guard) {
+  var n: int = 0
+  CORE
+}
+core BaseCore(Base) { var h: bool = true  update = { read(stop, h); drive(h); } }
+component Scanner(Eye, EyeCore)
+component Monitor(Guard, GuardCore)
+component Wheels(Base, BaseCore)
+architecture A {
+  instance front: Scanner  instance monitor: Monitor  instance wheels: Wheels
+  connection front.seen -> monitor.seen  connection monitor.stop -> wheels.stop
+}
+deployment D {
+  architecture A
+  activity front { priority = 3  period = 40  cpus = [1] }
+  activity monitor { priority = 2  period = 20  cpus = [2] }
+  activity wheels { priority = 4  period = 10  cpus = [3] }
+}
+//- /mauve.toml
+assume.codel = '1 ms'
+[chains.stop]
+from = 'look'
+to = 'drive'
+";
+
+fn stops(core: &str) -> String {
+    let db = Database::default();
+    let all = chains_in(&db, workspace(&db, &STOP.replace("CORE", core)));
+    all.lines().next().unwrap().to_owned()
+}
+
+/// `look` has just returned when the danger begins: 40 ms, and 1 ms until the write. `monitor` has just read: 20 ms, and it decides after
+/// 1 ms of `danger`, or 2 ms with both guards. `wheels` has just read: 10 ms, and 1 ms.
+#[test]
+fn a_decision_is_carried_by_what_it_lets_write() {
+    let machine = "statemachine {
+        initial state Clear { entry = { write(stop, false); } run = { read(seen, n); }  transition bad if danger(n) to Stopped }
+        state Stopped { entry = { write(stop, true); } run = { read(seen, n); }  transition good if !danger(n) to Clear }
+      }";
+    assert_eq!(stops(machine), "stop: 73 ms, age —");
+    // The decision lasts in the state that it led to, which writes a period later and does not wait for `danger`: 40 + 1 + 2 · 20 + 10 + 1.
+    let runs = "statemachine {
+        initial state Clear { run = { read(seen, n); write(stop, false); }  transition bad if danger(n) to Stopped }
+        state Stopped { run = { read(seen, n); write(stop, true); }  transition good if !danger(n) to Clear }
+      }";
+    expect!["stop: 92.000001 ms, age —"].assert_eq(&stops(runs));
+    let branch = |then: &str| format!("update = {{ read(seen, n); if danger(n) {then} }}");
+    for both in [
+        "then { write(stop, true); } else { write(stop, false); }",
+        "then { write(stop, true); } else { }",
+        "then { } else { write(stop, false); }",
+        "then { write(stop, true); return; } else { } write(stop, false);",
+    ] {
+        assert_eq!(stops(&branch(both)), "stop: 73 ms, age —", "{both}");
+    }
+    // What is written in any case, or decided by others, is no decision.
+    let nothing = "stop: 'drive': `monitor` does not pass the data on: nothing that leads there depends on what it reads";
+    for other in [
+        branch("then { n = 1; } else { n = 2; } write(stop, true);"),
+        branch("then { n = 1; } else { } if danger(2) then { write(stop, true); } else { }"),
+        machine.replace("danger(n)", "danger(1)"),
+    ] {
+        assert_eq!(stops(&other), nothing, "{other}");
+    }
+    // The danger may not be enough, and a transition that it does not decide may lead back.
+    for (other, expected) in [
+        (
+            branch("then { if danger(1) then { write(stop, true); } else { } } else { }"),
+            expect!["stop: `monitor` may never pass the data on in update: `danger` may not return `true`"],
+        ),
+        (
+            machine.replace("if danger(n)", "if danger(n) && danger(1)"),
+            expect!["stop: `monitor` may never pass the data on in Clear: `danger` may not return `true`"],
+        ),
+        (
+            machine.replace("to Clear", "to Clear  transition time if danger(1) to Clear"),
+            expect![
+                "stop: `monitor` may never pass the data on in Stopped: `danger` may not return `true`; `monitor` may overwrite the data before it is read: Clear.entry writes a value that does not come from it"
+            ],
+        ),
+        (
+            machine.replace(
+                "to Stopped }",
+                "to Asking }  state Asking { transition sure if danger(1) to Stopped }",
+            ),
+            expect![
+                "stop: `monitor` may never pass the data on in Asking: `danger` may not return `true`; `monitor` may overwrite the data before it is read: Stopped.entry writes a value that does not come from it"
+            ],
+        ),
+    ] {
+        expected.assert_eq(&stops(&other));
+    }
+}
+
 #[test]
 fn each_deployment_has_the_chains_whose_names_it_has() {
     let two = "

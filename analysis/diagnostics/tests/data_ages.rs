@@ -895,7 +895,7 @@ fn data_takes_as_long_through_a_core_as_an_execution_shows() {
             let names: Vec<Name> = names.map(|(index, _)| format!("S{index}").into()).collect();
             let answers: Vec<Decl<'_>> = if assumed.ready { vec![codel("ready")] } else { Vec::new() };
             let new_data: Vec<Name> = if assumed.new_b { vec!["b".into()] } else { Vec::new() };
-            let assumption = Assumption::new(&db, names, answers, new_data, false);
+            let assumption = Assumption::new(&db, names, answers, new_data, false, false);
             let found = passages_of(&db, of, decl, assumption);
             for source in [Source::A, Source::Sense] {
                 for sink in [Sink::Q, Sink::Drive] {

@@ -18,6 +18,7 @@ struct Assumed<'a> {
     answers: &'a [&'a str],
     new_data: &'a [&'a str],
     through_handles: bool,
+    decides: bool,
 }
 
 /// A line for each passage, then one for each port.
@@ -29,7 +30,7 @@ fn passages(db: &Database, workspace: Workspace, component: &str, assumed: Assum
     let codel = |name: &&str| names_of(db, project).anywhere(Kind::Codel, name)[0];
     let answers: Vec<Decl<'_>> = assumed.answers.iter().map(codel).collect();
     let (states, new_data) = (names(assumed.states), names(assumed.new_data));
-    let assumption = Assumption::new(db, states, answers, new_data, assumed.through_handles);
+    let assumption = Assumption::new(db, states, answers, new_data, assumed.through_handles, assumed.decides);
     let found = passages_of(db, project, core, assumption);
     let mut out = String::new();
     for it in &found.all {
@@ -134,7 +135,8 @@ fn check_assumed(core: &str, assumed: Assumed<'_>, expected: Expect) {
     expected.assert_eq(&passages(&db, workspace, component, assumed));
 }
 
-const NOTHING: Assumed<'_> = Assumed { states: &[], answers: &[], new_data: &[], through_handles: false };
+const NOTHING: Assumed<'_> =
+    Assumed { states: &[], answers: &[], new_data: &[], through_handles: false, decides: false };
 
 const SHELL: &str = "
 codel plan(in from: int): int
@@ -142,6 +144,132 @@ codel ready(): bool
 codel act(in order: int): void
 shell S { input port a: int  input port b: int  output port q: int }
 ";
+
+/// A state of a random machine: whether it writes before it reads, reads, and writes then; whether `entry` writes; and its transitions,
+/// each with a guard of the data, of the opposite, or of nothing that is known.
+type DecidingState = ([bool; 3], bool, Vec<(usize, usize)>);
+
+const GUARDS: [&str; 3] = ["late(v)", "!late(v)", "ready()"];
+
+fn deciding_core(states: &[DecidingState]) -> String {
+    let write = |is: bool| if is { "write(q, 1);" } else { "" };
+    let state = |(number, ([before, reads, after], entry, transitions)): (usize, &DecidingState)| {
+        let initial = if number == 0 { "initial " } else { "" };
+        let read = if *reads { "read(a, v);" } else { "" };
+        let run = format!("run = {{ {} {read} {} }}", write(*before), write(*after));
+        let to = |(index, (guard, target)): (usize, &(usize, usize))| {
+            format!("transition t{index} if {} to S{target} ", GUARDS[*guard])
+        };
+        let transitions: String = transitions.iter().enumerate().map(to).collect();
+        format!("{initial}state S{number} {{ entry = {{ {} }} {run} {transitions} }}\n", write(*entry))
+    };
+    let all: String = states.iter().enumerate().map(state).collect();
+    format!("codel late(in v: int): bool\ncore K(S) {{ var v: int = 0  statemachine {{ {all} }} }}")
+}
+
+/// Executes jobs until the first write that the data decides, along all paths; the data is late from its arrival on, or is not. Adds the
+/// numbers of ends of jobs between.
+fn decided_after(
+    states: &[DecidingState],
+    is_late: bool,
+    (state, is_new, is_decided): (usize, bool, bool),
+    from: usize,
+    ends: u32,
+    found: &mut Vec<u32>,
+) {
+    let ([before, reads, after], _, transitions) = &states[state];
+    if from == 0 && (ends > 7 || (*before && is_decided)) {
+        found.extend((ends <= 7).then_some(ends));
+        return;
+    }
+    let is_new = is_new || from == 0 && *reads;
+    if from == 0 && *after && is_decided {
+        return found.push(ends);
+    }
+    // Old data says anything.
+    let outcomes = |guard: usize| match (guard, is_new) {
+        (0, true) => vec![is_late],
+        (1, true) => vec![!is_late],
+        _ => vec![true, false],
+    };
+    let next = from.max(1) - 1;
+    match transitions.get(next) {
+        None => decided_after(states, is_late, (state, is_new, is_decided), 0, ends + 1, found),
+        Some((guard, target)) => {
+            for holds in outcomes(*guard) {
+                if !holds {
+                    decided_after(states, is_late, (state, is_new, is_decided), next + 2, ends, found);
+                    continue;
+                }
+                let is_decided = is_new && *guard < 2;
+                if states[*target].1 && is_decided {
+                    found.push(ends);
+                } else {
+                    decided_after(states, is_late, (*target, is_new, is_decided), 0, ends + 1, found);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn no_decision_takes_longer_in_a_random_machine() {
+    let (mut bounded, mut attained) = (0, 0);
+    let mut seed = 1_u64;
+    let mut below = |most: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as usize % most
+    };
+    for _ in 0..1500 {
+        let count = 2 + below(2);
+        let state = |_| {
+            let transitions = (0..below(3)).map(|_| ([0, 0, 1, 1, 2][below(5)], below(count))).collect();
+            ([below(6) == 0, below(5) > 0, below(4) == 0], below(2) == 0, transitions)
+        };
+        let states: Vec<DecidingState> = (0..count).map(state).collect();
+        let mut reached = vec![0];
+        let mut next = 0;
+        while let Some(&state) = reached.get(next) {
+            states[state].2.iter().for_each(|(_, to)| {
+                if !reached.contains(to) {
+                    reached.push(*to)
+                }
+            });
+            next += 1;
+        }
+        let text = format!("{SHELL}component C(S, K) {}", deciding_core(&states));
+        let db = Database::default();
+        let workspace = workspace(&db, &text);
+        let project = projects(&db, workspace)[0];
+        let decl = names_of(&db, project).anywhere(Kind::Component, "C")[0];
+        let core = core_of(&db, project, decl).unwrap();
+        let assumption = Assumption::new(&db, Vec::new(), Vec::new(), Vec::new(), false, true);
+        let all = passages_of(&db, project, core, assumption).all.iter();
+        let is_it = |it: &&mauve_hir::Passage<'_>| {
+            [&it.from, &it.to] == [&PassageEnd::Port("a".into()), &PassageEnd::Port("q".into())]
+        };
+        let mut found = Vec::new();
+        for &state in &reached {
+            for is_late in [false, true] {
+                // Before a job, and behind its program.
+                for from in [0, 1] {
+                    decided_after(&states, is_late, (state, false, false), from, 0, &mut found);
+                }
+            }
+        }
+        match (all.clone().find(is_it).map(|it| &it.releases), found.into_iter().max()) {
+            (Some(Ok(bound)), greatest) => {
+                let greatest = greatest.unwrap_or_default().max(1);
+                assert!(greatest <= *bound, "{greatest} > {bound}\n{text}");
+                bounded += 1;
+                attained += u32::from(greatest == *bound);
+            }
+            (Some(Err(_)), _) | (None, None) => {}
+            (None, greatest) => panic!("{greatest:?}\n{text}"),
+        }
+    }
+    assert!(bounded > 300 && attained * 10 > bounded * 9, "{attained} of {bounded}");
+}
 
 #[test]
 fn a_sensor_that_may_not_answer_may_never_write() {

@@ -39,6 +39,7 @@ struct Flows<'db> {
     graph: JobGraph<'db>,
     reached: Reached,
     through_handles: bool,
+    decides: bool,
     /// Whether the values of variables are forgotten at the end of each job, since there are too many.
     forgets: bool,
     /// There is too much to follow.
@@ -52,12 +53,13 @@ fn flows_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     through_handles: bool,
+    decides: bool,
 ) -> Option<Arc<Flows<'db>>> {
     let behaviour = behaviour_of(db, project, of);
     if !behaviour.refusals.is_empty() {
         return None;
     }
-    let graph = Builder::new(db, project, of, behaviour, through_handles)?.build();
+    let graph = Builder::new(db, project, of, behaviour, through_handles, decides)?.build();
     let states = vec![true; graph.starts.len()];
     let search = PassageSearch::new(&graph, &states);
     let all = [search, PassageSearch { forgets: true, ..search }];
@@ -65,7 +67,7 @@ fn flows_of<'db>(
     let found = found.filter_map(|it| Some((it.reached(behaviour.initial)?, it.forgets))).next();
     let too_large = found.is_none();
     let (reached, forgets) = found.unwrap_or_default();
-    Some(Arc::new(Flows { graph, reached, through_handles, forgets, too_large }))
+    Some(Arc::new(Flows { graph, reached, through_handles, decides, forgets, too_large }))
 }
 
 /// Returns what jobs come to with the values of counters and modes; none where these are not followed, or are too many.
@@ -75,8 +77,9 @@ fn reached_with_values<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     through_handles: bool,
+    decides: bool,
 ) -> Option<Reached> {
-    let flows = flows_of(db, project, of, through_handles)?;
+    let flows = flows_of(db, project, of, through_handles, decides)?;
     let states = vec![true; flows.graph.starts.len()];
     let interpreted = interpreted_of(db, project, of).as_deref();
     let search = PassageSearch { interpreted, ..PassageSearch::new(&flows.graph, &states) };
@@ -91,7 +94,8 @@ pub fn passages_of<'db>(
     of: Decl<'db>,
     assumption: Assumption<'db>,
 ) -> Passages<'db> {
-    let Some(flows) = flows_of(db, project, of, assumption.through_handles(db)) else {
+    let Some(flows) = flows_of(db, project, of, assumption.through_handles(db), assumption.decides(db))
+    else {
         return Passages::default();
     };
     let behaviour = behaviour_of(db, project, of);
@@ -205,7 +209,7 @@ impl<'db> Context<'_, 'db> {
     }
 
     fn with_values(&self) -> &'db Option<Reached> {
-        reached_with_values(self.db, self.project, self.of, self.flows.through_handles)
+        reached_with_values(self.db, self.project, self.of, self.flows.through_handles, self.flows.decides)
     }
 
     /// Returns where the core may be when data arrives.
@@ -227,7 +231,9 @@ impl<'db> Context<'_, 'db> {
     ) -> Option<PassageOutcome<'b, 'db>> {
         let explore = |search: PassageSearch<'b, 'db>| {
             let (found, overwritten) = explore(search)?;
-            Some(PassageOutcome { search, longest: search.longest(&found), found, overwritten })
+            let decides = self.flows.decides && !search.is_age;
+            let longest = if decides { search.longest_decided(&found) } else { search.longest(&found) };
+            Some(PassageOutcome { search, longest, found, overwritten })
         };
         let first = explore(search);
         let valued = match &first {

@@ -106,6 +106,8 @@ pub struct ChainStepReport<'db> {
     pub passage: [PassageEnd<'db>; 2],
     /// N, where it has a bound.
     pub releases: Option<u32>,
+    /// Whether the data decides what it writes, and is not in it.
+    pub decides: bool,
     /// What its part is computed from, if all of that is known.
     pub timed: Option<ChainStep>,
     /// What it adds to the latency; zero without one.

@@ -89,13 +89,14 @@ impl<'db> Attempt<'_, 'db> {
     /// Adds what the component needs to pass data on; `None` if that does not help.
     fn solved(mut self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Self> {
         for _ in 0..MOST_STEPS {
-            let passes = |handles: bool| {
+            let passes = |(handles, decides): (bool, bool)| {
                 let (states, codels, ports) = (self.states.clone(), self.codels.clone(), self.ports.clone());
-                let assumption = Assumption::new(db, states, codels, ports, handles);
+                let assumption = Assumption::new(db, states, codels, ports, handles, decides);
                 let all = &passages_of(db, project, self.core, assumption).all;
                 all.iter().find(|it| [&it.from, &it.to] == [&self.step.passage[0], &self.step.passage[1]])
             };
-            let found = passes(false).or_else(|| passes(true))?;
+            let found =
+                [(false, false), (true, false), (false, true), (true, true)].into_iter().find_map(passes)?;
             match block(found, self.keeps) {
                 None => return Some(self),
                 Some(PassageBlock::States(blocking)) => {

@@ -5,6 +5,12 @@
 //! a bool or a status. Called operations are part of the programs that call them.
 //!
 //! Each program is that of the program graph, once for each edge that executes it.
+//!
+//! Where decisions count, the data of a condition goes to a slot of the condition, and from there to each write and call that it
+//! controls: those that the program executes in one of its branches only. That of a guard which holds goes to the slot of the state, and from there
+//! to what the jobs write until the next transition. What a controlled call returns does not carry the decision.
+
+use std::collections::BTreeSet;
 
 use rustc_hash::FxHashMap;
 
@@ -31,6 +37,8 @@ pub(super) type CellValues = u8;
 
 /// The slots of shared variables; those from here on are parameters, local variables and results of calls.
 pub(super) const SHARED_SLOTS: u32 = 96;
+/// The slot of what decided the last transition, if decisions count.
+const STATE: Slots = 1;
 /// The cells of shared variables and ports.
 const SHARED_CELLS: u8 = 28;
 const CELLS: u8 = 42;
@@ -186,6 +194,7 @@ pub(super) struct Builder<'a, 'db> {
     behaviour: &'a Behaviour<'db>,
     shared: &'db [VariableOf],
     through_handles: bool,
+    decides: bool,
     /// The external types of handles.
     is_handle: Box<dyn Fn(&Type) -> bool + 'db>,
     graph: JobGraph<'db>,
@@ -204,6 +213,10 @@ pub(super) struct Builder<'a, 'db> {
     operations: usize,
     /// The call of an operation that the current program executes.
     call: Option<SourceId>,
+    /// The slots of what decides that the current node is executed, and that of the condition before a branch; those of the conditions
+    /// of a guard, behind it.
+    control: Slots,
+    deciding: Slots,
 }
 
 impl<'a, 'db> Builder<'a, 'db> {
@@ -213,6 +226,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         of: Decl<'db>,
         behaviour: &'a Behaviour<'db>,
         through_handles: bool,
+        decides: bool,
     ) -> Option<Builder<'a, 'db>> {
         let scope = core_scope(db, of).as_ref()?;
         let shell = resolve_type(db, project, of, Kind::Shell, scope.shell.as_ref()).ok()?;
@@ -229,6 +243,7 @@ impl<'a, 'db> Builder<'a, 'db> {
             behaviour,
             shared: shared_variables(db, project, of),
             through_handles,
+            decides,
             is_handle: Box::new(is_handle),
             graph: JobGraph::default(),
             open: Vec::new(),
@@ -236,7 +251,9 @@ impl<'a, 'db> Builder<'a, 'db> {
             statuses: FxHashMap::default(),
             sources: FxHashMap::default(),
             sinks: FxHashMap::default(),
-            shared_slots: 0,
+            shared_slots: u32::from(decides),
+            control: if decides { STATE } else { 0 },
+            deciding: 0,
             slots: SHARED_SLOTS,
             cells: SHARED_CELLS,
             depth: 0,
@@ -267,6 +284,8 @@ impl<'a, 'db> Builder<'a, 'db> {
                 let Ends { holds, others } = self.program(program);
                 if let Some(edge) = edge {
                     self.open = holds;
+                    let by = std::mem::take(&mut self.deciding);
+                    self.decide(by, STATE);
                     self.finish(edge);
                 }
                 self.open = others;
@@ -372,21 +391,40 @@ impl<'a, 'db> Builder<'a, 'db> {
     ) -> Ends {
         let (slots, cells) = (self.slots, self.cells);
         let registers = self.registers(graph, body, &bound);
+        let conditions = if self.decides { controlled(graph) } else { Vec::new() };
+        let conditions: Vec<(u32, Slots, Vec<bool>)> = conditions
+            .into_iter()
+            .map(|(node, controls)| (node, self.stack(&Type::Unknown).slot, controls))
+            .collect();
+        let control = self.control;
         let frame = ProgramFrame { graph, registers, top: (self.slots, self.cells) };
         let mut arriving: Vec<Exits> = vec![Vec::new(); graph.nodes.len()];
         if let Some(start) = arriving.get_mut(graph.start as usize) {
             *start = std::mem::take(&mut self.open);
         }
-        let mut ends = Ends::default();
+        let (mut ends, mut of_guard) = (Ends::default(), 0);
         for (index, node) in graph.nodes.iter().enumerate() {
             self.open = arriving.get_mut(index).map(std::mem::take).unwrap_or_default();
             if self.open.is_empty() {
                 continue;
             }
+            if index == graph.start as usize {
+                self.decide(0, conditions.iter().fold(0, |all, (_, slot, _)| all | slot));
+            }
+            let controls = conditions.iter().filter(|(_, _, controls)| controls.get(index) == Some(&true));
+            self.control = controls.fold(control, |all, (_, slot, _)| all | slot);
+            self.deciding = 0;
             let mut fails = Vec::new();
             match &node.action {
                 Action::Nothing => {}
                 Action::Branch { condition, .. } => {
+                    let own = conditions.iter().find(|(node, ..)| *node as usize == index);
+                    if let Some((_, slot, _)) = own {
+                        let read = crate::program_graph::registers(&graph.terms, *condition).into_iter();
+                        let from = read.fold(0, |from, (register, _)| from | frame.place(register).slot);
+                        self.decide(from, *slot);
+                        self.deciding = *slot;
+                    }
                     (self.open, fails) = self.condition(&frame, *condition, node.at);
                 }
                 Action::Assign { to, value } => {
@@ -403,6 +441,7 @@ impl<'a, 'db> Builder<'a, 'db> {
                     }
                     let open = std::mem::take(&mut self.open);
                     if holds { &mut ends.holds } else { &mut ends.others }.extend(open);
+                    of_guard |= if holds { self.control & !control } else { 0 };
                 }
             }
             (self.slots, self.cells) = frame.top;
@@ -414,7 +453,18 @@ impl<'a, 'db> Builder<'a, 'db> {
             }
         }
         (self.slots, self.cells) = (slots, cells);
+        (self.control, self.deciding) = (control, of_guard);
         ends
+    }
+
+    /// Lets these slots carry what those carry, and nothing else.
+    fn decide(&mut self, from: Slots, to: Slots) {
+        if to != 0
+            && self.decides
+            && let Some(node) = self.emit(NodeStep::Plain, SourceId::default())
+        {
+            (node.from, node.to) = (from, to);
+        }
     }
 
     /// Returns the places of the registers of a program: those of disjoint blocks share them.
@@ -543,6 +593,7 @@ impl<'a, 'db> Builder<'a, 'db> {
         let is_of_job = self.graph.places.last().is_some_and(|it| !it.is_called(self.behaviour));
         if let Some(node) = exits.0.first().and_then(|(node, _)| self.graph.nodes.get_mut(*node as usize)) {
             node.holds = at.filter(|_| is_of_job).map(|_| holds);
+            node.from = self.deciding;
         }
         exits
     }
@@ -716,6 +767,11 @@ impl<'a, 'db> Builder<'a, 'db> {
         let source = (to != 0).then(|| self.source(PassageEnd::Codel(of)));
         let sink = takes.then(|| self.sink(PassageEnd::Codel(of), has_handle));
         let value = result.cell.map(|cell| (cell, NodeOperand::Known(result.values)));
+        let (control, mut sink) = (self.control, sink);
+        // What it returns carries its arguments only.
+        if let Some(node) = sink.filter(|_| control != 0).and_then(|_| self.emit(NodeStep::Plain, at)) {
+            (node.from, node.sink) = (from | control, sink.take());
+        }
         if let Some(node) = self.emit(NodeStep::Plain, at) {
             (node.from, node.to, node.value, node.source, node.sink) = (from, to, value, source, sink);
             let id = self.graph.nodes.len() as u32 - 1;
@@ -772,6 +828,7 @@ impl<'a, 'db> Builder<'a, 'db> {
             Builtin::Write | Builtin::Send => {
                 let values = call.arguments.iter().skip(1);
                 let from = values.fold(0, |from, it| from | self.value(frame, it.value, at).from);
+                let from = from | self.control;
                 let end = match builtin {
                     Builtin::Write => PassageEnd::Port(operand.clone()),
                     _ => PassageEnd::Operation(operand.clone()),
@@ -832,6 +889,43 @@ impl ProgramFrame<'_> {
     fn place(&self, register: u32) -> Storage {
         self.registers.get(register as usize).copied().unwrap_or_default()
     }
+}
+
+/// Returns the conditions of a program that control a call, or whether a guard holds, each with the nodes that it does: those that all
+/// paths from one of its branches come to, and not all from the condition; and what conditions of these nodes control.
+fn controlled(graph: &ProgramGraph<'_>) -> Vec<(u32, Vec<bool>)> {
+    let count = graph.nodes.len();
+    let mut found: Vec<(u32, Vec<bool>)> = Vec::new();
+    let mut by: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); count];
+    for (wanted, node) in graph.nodes.iter().enumerate() {
+        let is_sink = match node.action {
+            Action::Call(_) => true,
+            Action::Return(value) => value.is_some_and(|it| graph.term(it) == Term::Bool(true)),
+            Action::Branch { .. } => false,
+            _ => continue,
+        };
+        // Whether a program may end without it, from each node before it on.
+        let mut avoids = vec![true; count];
+        avoids[wanted] = false;
+        for (index, node) in graph.nodes.iter().enumerate().take(wanted).rev() {
+            let after =
+                node.successors().map(|it| it.is_none_or(|it| avoids.get(it as usize) != Some(&false)));
+            avoids[index] = after[0] || node.successors()[1].is_some() && after[1];
+            if matches!(node.action, Action::Branch { .. }) && after[0] != after[1] {
+                let outer = by[index].clone();
+                by[wanted].extend(outer);
+                by[wanted].insert(index as u32);
+            }
+        }
+        for &condition in by[wanted].iter().filter(|_| is_sink) {
+            let number = found.iter().position(|(it, _)| *it == condition).unwrap_or_else(|| {
+                found.push((condition, vec![false; count]));
+                found.len() - 1
+            });
+            found[number].1[wanted] = true;
+        }
+    }
+    found
 }
 
 fn computed(storage: Storage) -> Computed {

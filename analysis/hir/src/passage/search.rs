@@ -1,7 +1,7 @@
 //! Follows data through the jobs of a core, for all its paths: how long it may take, and what may happen on the way.
 
-use std::collections::VecDeque;
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeSet, VecDeque};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -47,6 +47,9 @@ impl Moment {
     }
 }
 
+/// The most conditions whose outcomes are combined.
+const MOST_DECISIONS: usize = 8;
+
 /// What is followed, and what is assumed meanwhile.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PassageSearch<'a, 'db> {
@@ -71,7 +74,7 @@ pub(super) struct PassageSearch<'a, 'db> {
 }
 
 /// All moments that a search finds.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct FoundMoments {
     pub(super) moments: Vec<Moment>,
     pub(super) successors: Vec<Vec<usize>>,
@@ -369,6 +372,34 @@ impl<'a, 'db> PassageSearch<'a, 'db> {
             longest.push(most);
         }
         Ok(longest.into_iter().max().flatten())
+    }
+
+    /// Returns [`PassageSearch::longest`] where conditions on the data decide what is written. A change lasts: each condition has the
+    /// same outcome from then on. With outcomes that lead to no goal, the data decides nothing.
+    pub(super) fn longest_decided(&self, found: &FoundMoments) -> Result<Option<u32>, PathCycle> {
+        let decides = |moment: &Moment| {
+            self.node(moment)
+                .is_some_and(|it| matches!(it.step, NodeStep::Branch(..)) && it.from & moment.carry != 0)
+        };
+        let nodes: BTreeSet<u32> = found.moments.iter().filter(|it| decides(it)).map(|it| it.node).collect();
+        let nodes: Vec<u32> = nodes.into_iter().collect();
+        if nodes.is_empty() || nodes.len() > MOST_DECISIONS {
+            return self.longest(found);
+        }
+        let mut most = None;
+        for outcomes in 0..1_usize << nodes.len() {
+            let mut kept = found.clone();
+            for (moment, successors) in found.moments.iter().zip(&mut kept.successors) {
+                let number = nodes.iter().position(|it| *it == moment.node).filter(|_| decides(moment));
+                let Some((number, node)) = number.zip(self.node(moment)) else { continue };
+                let next = node.next.get(outcomes >> number & 1).copied().flatten();
+                let next = next.map(|it| self.skips.get(it as usize).copied().unwrap_or(it));
+                successors.retain(|it| found.moments.get(*it).map(|it| it.node) == next);
+            }
+            kept.keep_to_goals();
+            most = most.max(self.longest(&kept)?);
+        }
+        Ok(most)
     }
 
     /// Returns whether a cycle that was found without the values of counters and modes may repeat for ever with them.

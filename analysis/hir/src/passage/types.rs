@@ -24,6 +24,10 @@ pub struct Assumption<'db> {
     /// Whether data also passes through values of external types: the handles on devices and libraries.
     #[returns(copy)]
     pub through_handles: bool,
+    /// Whether a write also carries the data that decides that it is executed: by a condition in its program, or by the transition that
+    /// led to its state.
+    #[returns(copy)]
+    pub decides: bool,
 }
 
 /// Where data enters or leaves a core.

@@ -33,9 +33,10 @@ pub(super) fn declared_chains<'db>(
     let mut found = Vec::new();
     let budget = Cell::new(MOST_TRIES);
     for (index, chain) in config_of(db, workspace).chains.iter().enumerate() {
-        // Data may be in a device, or a library, on its way.
-        let way = [false, true].into_iter().try_fold(None, |_, through_handles| {
-            let resolver = ChainResolver::new(db, project, architecture, chain, through_handles);
+        // Data may be in a device, or a library, on its way, or decide what is written.
+        let carriers = [(false, false), (true, false), (false, true), (true, true)];
+        let way = carriers.into_iter().try_fold(None, |_, carriers| {
+            let resolver = ChainResolver::new(db, project, architecture, chain, carriers);
             match resolver.way(&budget) {
                 Err(found @ (_, ChainProblem::NotConnected { .. } | ChainProblem::NotPassed { .. })) => {
                     Ok(Some(found))
@@ -65,7 +66,7 @@ fn is_of_another<'db>(db: &'db dyn ModelDb, own: Project<'db>, except: Decl<'db>
     });
     let targets: FxHashSet<(Project<'db>, Decl<'db>)> = targets.filter(|it| *it != (own, except)).collect();
     targets.into_iter().any(|(project, target)| {
-        let resolver = ChainResolver::new(db, project, target, chain, false);
+        let resolver = ChainResolver::new(db, project, target, chain, (false, false));
         chain.ends().all(|(name, _)| resolver.named(name).is_some())
     })
 }
@@ -83,7 +84,7 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
         project: Project<'db>,
         architecture: Decl<'db>,
         chain: &'a Chain,
-        through_handles: bool,
+        (through_handles, decides): (bool, bool),
     ) -> ChainResolver<'a, 'db> {
         let of = |all: &[LocatedName], instance: &str| -> Vec<Name> {
             let named = all.iter().filter_map(|(name, _)| name.split_once('.'));
@@ -99,7 +100,7 @@ impl<'a, 'db> ChainResolver<'a, 'db> {
             states.retain(|it| known.contains(it));
             let called = &uses_of(db, project, core).codels;
             let answers: Vec<Decl<'db>> = answers.iter().copied().filter(|it| called.contains(it)).collect();
-            Assumption::new(db, states, answers, of(&chain.answers, instance), through_handles)
+            Assumption::new(db, states, answers, of(&chain.answers, instance), through_handles, decides)
         };
         let network = Network::new(db, project, flat_of(db, project, architecture), assumption);
         ChainResolver { db, project, chain, network }

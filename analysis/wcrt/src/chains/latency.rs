@@ -109,7 +109,7 @@ fn ways_of<'db>(
 }
 
 fn network_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, architecture: Decl<'db>) -> Network<'db> {
-    let nothing = |_: &Name, _| Assumption::new(db, Vec::new(), Vec::new(), Vec::new(), false);
+    let nothing = |_: &Name, _| Assumption::new(db, Vec::new(), Vec::new(), Vec::new(), false, false);
     Network::new(db, project, flat_of(db, project, architecture), nothing)
 }
 
@@ -325,21 +325,37 @@ impl<'db> Sums<'db> {
                 connection,
                 passage,
                 releases: found.as_ref().map(|it| it.releases),
+                decides: matches!(stage, Stage::Step(step) if self.decides(step)),
                 timed: found.clone(),
                 part: parts.next().copied().unwrap_or_default(),
             }
         };
+        // Data that decides nothing may leave an old decision there.
+        let decides = way.steps.iter().any(|step| self.decides(step));
         ChainReport {
             name: way.name.clone(),
             declared: None,
             ends: Some(way.ends.clone()),
             latency: found.as_ref().map(|it| it.latency),
-            age_at_write: found.as_ref().and_then(|it| it.age_at_write),
+            age_at_write: found.as_ref().filter(|_| !decides).and_then(|it| it.age_at_write),
             limit: None,
             steps: stages.iter().zip(&steps).map(report).collect(),
             overwritten: way.steps.last().and_then(|step| self.overwritten(step)),
             reasons,
         }
+    }
+
+    /// Returns whether data only decides what a step writes.
+    fn decides(&self, step: &WayStep<'db>) -> bool {
+        let of = step.assumption;
+        let component = self.flat.instances.get(step.instance).and_then(|it| it.component);
+        let core = component.and_then(|it| core_of(self.db, self.project, it));
+        let Some(core) = core.filter(|_| of.decides(self.db)) else { return false };
+        let [states, new_data] = [of.states(self.db), of.new_data(self.db)].map(Clone::clone);
+        let answers = of.answers(self.db).clone();
+        let values = Assumption::new(self.db, states, answers, new_data, of.through_handles(self.db), false);
+        let all = &passages_of(self.db, self.project, core, values).all;
+        !all.iter().any(|it| [&it.from, &it.to] == step.ends.each_ref())
     }
 
     /// Returns what data passes on a way: the instances, and the gateways between hosts. With its `ends`, also those of the topics
@@ -606,7 +622,7 @@ impl<'db> Sums<'db> {
     /// Returns the writer of a port whose data releases an activity; none where the time to its next write has no bound.
     fn trigger_writer(&mut self, (connection, link): (usize, &'db Link<'db>)) -> Option<TriggerWriter> {
         let instance = self.flat.instances.iter().position(|it| it.name == link.source.0)?;
-        let nothing = Assumption::new(self.db, Vec::new(), Vec::new(), Vec::new(), false);
+        let nothing = Assumption::new(self.db, Vec::new(), Vec::new(), Vec::new(), false, false);
         let end = PassageEnd::Port(link.source.1.clone());
         let writer = WayStep {
             instance,

@@ -137,8 +137,10 @@ impl<'db> ChainModel<'db> {
         };
         let steps: Vec<ExpectedStep> = chain.steps.iter().map(step).collect::<Option<_>>()?;
         let is_followed = steps.iter().zip(steps.iter().skip(1));
+        // A recording does not show which data a decision is from.
         let is_followed = chain.ends.is_some()
             && !steps.is_empty()
+            && !chain.steps.iter().any(|it| it.decides)
             && is_followed
                 .map(|(one, next)| [one.to.kind, next.from.kind])
                 .all(|it| it == [SpanKind::Access; 2]);
