@@ -15,7 +15,7 @@
 //! one CPU does not. So fewer than m tasks of higher priority than i that may use this CPU are ready (N. Guan et al., RTSS 2009):
 //! at most m − 1 have an unfinished job, all others release their jobs in L. A task that is not ready may have one too, where it
 //! waits for something else than a CPU, and so may one on another CPU only, one of equal priority, which the job before of i may
-//! delay, and one whose thread executes other tasks: these count with carry-in.
+//! delay, and one whose thread executes other tasks: these count with carry-in, each until the whole thread has ended.
 //!
 //! **Vⱼ.** While i waits, m − 1 CPUs execute others than j. In the Rⱼ of a job of j, that is for Vⱼ at most: the greatest y with
 //! Σ min(Wₖ(Rⱼ), y) ≥ (m − 1)·y over the others. So no job of j counts more than Vⱼ.
@@ -182,9 +182,13 @@ impl<'a> Lanes<'a> {
             let is_ready = it.task.waits.is_none() && it.task.thread.is_none() && it.blocking == 0;
             // A call may be executed between two jobs.
             let has_calls = it.task.has_calls;
+            // The first job of a thread has its switches, and the last of them ends with the last job.
+            let of_thread = it.thread.iter().map(|&mate| response(self.members[mate].index));
+            let responses = of_thread.chain([response(it.index)]);
+            let response = responses.reduce(|one, other| Some(one?.max(other?))).flatten();
             Other {
                 member,
-                response: response(it.index).filter(|_| !has_calls).map(Time::as_nanos),
+                response: response.filter(|_| !has_calls).map(Time::as_nanos),
                 always_carries: !is_ready
                     || has_calls
                     || it.task.cpus() != cpus
@@ -405,6 +409,14 @@ mod tests {
         assert_eq!(responses(&calls)[2], Some(4));
         calls[0].has_calls = true;
         assert_eq!(responses(&calls)[2], Some(5));
+    }
+
+    /// What the first task executes for its thread may be executed at the end, 4 after the release: two jobs of it in a window of 8.
+    #[test]
+    fn a_thread_that_ends_with_a_part_of_its_first_task() {
+        let thread = |cost| on(0b11, Task { thread: Some(1), ..simple(1, 10, cost) });
+        let tasks = [thread(1), thread(3), on(0b11, simple(0, 20, 8))];
+        assert_eq!(responses(&tasks), [Some(1), Some(4), Some(10)]);
     }
 
     #[test]
