@@ -125,6 +125,48 @@ fn a_thread_has_each_of_its_instances() {
     assert_eq!(is_analysed(&found), [true; 3], "{found}");
 }
 
+/// A thread wakes up once for all that it executes: 0.3 + 2 × 0.1 ms for the first instance, whichever it is. A wait is two switches more.
+#[test]
+fn a_thread_wakes_up_once() {
+    let overhead = "[overhead]\ndispatch = 0.3\ncontext_switch = 0.1\n";
+    let c = "activity c { priority = 1 period = 40 affinity = 1 }";
+    let with = |activities: &str, times: &str| {
+        verdicts(&(robot(&format!("{activities} {c}"), "") + times + overhead))
+    };
+    let thread =
+        |order: &str| format!("activity t {{ instances = [{order}] priority = 2 period = 20 affinity = 1 }}");
+    let alone = "activity a { priority = 3 period = 20 affinity = 1 } activity b { priority = 2 period = 20 affinity = 1 }";
+    assert_eq!(with(alone, ""), "a met 1.5 ms\nb met 4 ms\nc met 8.5 ms\n");
+    assert_eq!(with(&thread("a, b"), ""), "a met 1.5 ms\nb met 3.5 ms\nc met 8 ms\n");
+    assert_eq!(with(&thread("b, a"), ""), "b met 2.5 ms\na met 3.5 ms\nc met 8 ms\n");
+    // 2.5 + 1 + 3 + 4 × 0.1; then 4.5.
+    let waits = "[wait]\none = { time = 3, waits = 2 }\n";
+    assert_eq!(with(&thread("b, a"), waits), "b met 2.5 ms\na met 6.9 ms\nc met 11.4 ms\n");
+}
+
+/// Ten functions of 0.1 ms in a thread of 2 ms, which wakes up in 0.05 ms.
+#[test]
+fn ten_instances_in_a_thread() {
+    let names: Vec<String> = (0..10).map(|it| format!("i{it}")).collect();
+    let instances: Vec<String> = names.iter().map(|it| format!("instance {it}: C")).collect();
+    let found = verdicts(&format!(
+        "codel f(): int\nshell S {{ }}\ncore K(S) {{ update = {{ f(); }} }}\ncomponent C(S, K)
+        architecture A {{ {} }}
+        deployment D {{ architecture A activity t {{ instances = [{}] priority = 1 period = 2 affinity = 1 }} }}
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+platform.rt_throttling = false
+//- /times.toml
+codel.f = 0.1
+overhead = {{ dispatch = 0.03, context_switch = 0.01 }}
+",
+        instances.join(" "),
+        names.join(", ")
+    ));
+    let expected = (1..=10).map(|it| format!("i{} met {} ms\n", it - 1, f64::from(100 * it + 50) / 1000.0));
+    assert_eq!(found, expected.collect::<String>());
+}
+
 #[test]
 fn wrong_lists_of_instances() {
     let c = "activity c { priority = 1 period = 20 }";

@@ -248,6 +248,57 @@ cpus = [3]
     check(&format!("{PARTS}{model}"), expect![[r#""#]]);
 }
 
+/// A thread wakes up once for all that it executes, before the first one.
+#[test]
+fn the_overhead_of_a_thread() {
+    let in_thread = |order: &str, instances: &str, connections: &str, times: &str| {
+        format!(
+            "{PARTS}architecture A {{ {instances} {connections} }}
+            deployment D {{ architecture A  activity all {{ instances = [{order}]  priority = 3 period = 10 affinity = 1 }} }}
+{}",
+            times.replace("//- /mauve.toml", "[overhead]\ndispatch = 0.1\ncontext_switch = 0.05\n//- /mauve.toml")
+        )
+    };
+    // The world changes just after the sensor looked: 10 ms, then 0.2 + 1 + 1.
+    check(
+        &in_thread(
+            "s, a",
+            "instance s: Sensor  instance a: Actuator",
+            "connection s.o -> a.i",
+            &TIMES.replace('3', "1"),
+        ),
+        expect![[r#"
+            s.o -> a.act: 12.2 ms, age 2.2 ms
+        "#]],
+    );
+    let three = [
+        "instance s: Sensor  instance f: Filter  instance a: Actuator",
+        "connection s.o -> f.i  connection f.o -> a.i",
+    ];
+    for (order, expected) in [
+        (
+            "s, f, a",
+            expect![[r#"
+            s.o -> a.act: 16.2 ms, age 6.2 ms
+        "#]],
+        ),
+        (
+            "a, f, s",
+            expect![[r#"
+            s.o -> a.act: 33.2 ms, age 23.2 ms
+        "#]],
+        ),
+        (
+            "f, a, s",
+            expect![[r#"
+            s.o -> a.act: 25.2 ms, age 15.2 ms
+        "#]],
+        ),
+    ] {
+        check(&in_thread(order, three[0], three[1], TIMES), expected);
+    }
+}
+
 /// Two ways to one actuator, and one to another.
 const DIAMOND: (&str, &str) = (
     "s: Sensor, f: Filter, g: Filter, m: Merge, a: Actuator, b: Actuator",

@@ -181,7 +181,7 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
     check(
         &counts,
         &and(&[
-            ("psm_of", 1),
+            ("psm_in_thread", 1),
             ("response_times", 2),
             ("chains_of", 2),
             ("connections_of", 2),
@@ -240,7 +240,7 @@ fn a_saved_table_runs_no_names_and_no_behaviours() {
         ("timetable_of", 1),
         ("incomplete_tables", 1),
         ("times_of", 1),
-        ("psm_of", 1),
+        ("psm_in_thread", 1),
         ("response_times", 2),
         ("chains_of", 2),
         ("connections_of", 2),
@@ -264,12 +264,20 @@ fn a_saved_table_runs_no_names_and_no_behaviours() {
 #[test]
 fn a_changed_time_runs_only_the_state_machines_that_use_it() {
     let counts = executed(&with_other(), "/times.toml", "two = 2", "two = 3");
-    assert_eq!((counts["times_of"], counts["psm_of"], counts["response_times"]), (2, 1, 1), "{counts:?}");
+    assert_eq!(
+        (counts["times_of"], counts["psm_in_thread"], counts["response_times"]),
+        (2, 1, 1),
+        "{counts:?}"
+    );
     let counts = executed(&with_other(), "/times.toml", "one = 1", "one = 3");
-    assert_eq!((counts["times_of"], counts["psm_of"], counts["response_times"]), (2, 2, 2), "{counts:?}");
+    assert_eq!(
+        (counts["times_of"], counts["psm_in_thread"], counts["response_times"]),
+        (2, 2, 2),
+        "{counts:?}"
+    );
     // The time of a program of one component.
     let counts = executed(&with_other(), "/times.toml", "[codel]", "[program]\n\"O/update\" = 5\n[codel]");
-    assert_eq!((counts["times_of"], counts["psm_of"]), (2, 1), "{counts:?}");
+    assert_eq!((counts["times_of"], counts["psm_in_thread"]), (2, 1), "{counts:?}");
 }
 
 /// [`robot`], where deployment `E` has its own tables.
@@ -294,7 +302,7 @@ fn a_changed_time_runs_only_the_deployments_that_use_its_table() {
             ("timetable_of", 1),
             ("incomplete_tables", 1),
             ("times_of", 1),
-            ("psm_of", 1),
+            ("psm_in_thread", 1),
             ("response_times", 1),
             ("chains_of", 1),
             ("connections_of", 1),
@@ -315,7 +323,9 @@ fn a_changed_time_runs_only_the_deployments_that_use_its_table() {
 fn a_new_codel_runs_no_inference() {
     for new in ["codel three(): int\n", "library l { codel one(): int }\n"] {
         let counts = executed(&with_other(), "/parts.mal", "shell S", &format!("{new}shell S"));
-        for query in ["inference_of", "behaviour_of", "uses_of", "shared_features", "psm_of", "system_of"] {
+        for query in
+            ["inference_of", "behaviour_of", "uses_of", "shared_features", "psm_in_thread", "system_of"]
+        {
             assert_eq!(counts.get(query), None, "{new}: {counts:?}");
         }
         assert_eq!(counts["names_of"], 1);
@@ -328,7 +338,7 @@ fn a_new_codel_runs_no_inference() {
 #[test]
 fn a_comment_in_the_configuration_runs_no_analysis() {
     let counts = executed(&robot(), "/mauve.toml", "project", "# a comment\nproject");
-    for query in ["psm_of", "behaviour_of", "system_of", "response_times"] {
+    for query in ["psm_in_thread", "behaviour_of", "system_of", "response_times"] {
         assert_eq!(counts.get(query), None, "{counts:?}");
     }
 }

@@ -501,6 +501,18 @@ fn a_call_has_the_overhead_of_a_job() {
         c met 6 ms
     "#]]
     .assert_eq(&robot("operation b.peek -> c.peek"));
+    // A thread of `a` and `b` wakes up once for both, and once more for the call, which also delays `a`.
+    let connected = OPERATIONS.replace("CONNECTIONS", "operation b.peek -> c.peek");
+    let deployment = "deployment D { architecture A activity t { instances = [a, b] priority = 2 period = 100 affinity = 1 } \
+                      activity c { priority = 1 period = 400 affinity = 1 } }";
+    expect![[r#"
+        a met 4 ms
+        b met 4 ms
+        c met 5.5 ms
+    "#]]
+    .assert_eq(&verdicts(&format!(
+        "{connected}{deployment}{TIMES}[overhead]\ndispatch = 0.3\ncontext_switch = 0.1\n"
+    )));
 }
 
 /// `c` may run on CPU 1, where nothing says what `a` takes, or on CPU 2, where `b` delays it beyond its deadline: with a short time

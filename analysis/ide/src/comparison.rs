@@ -730,7 +730,7 @@ fn assumptions_of<'db>(
         let ports = ports.map(|(of, port, time)| (format!("[access] {}.{port}", of.qualified(db)), time));
         let topics = times.topics.iter();
         let topics = topics.map(|(topic, time)| (format!("[access] {PREFIX_OF_TOPICS}{topic}"), time));
-        let here = std::iter::once(("[overhead] per job".to_owned(), &times.overhead));
+        let here = std::iter::once(("[overhead] per wake-up".to_owned(), &times.overhead));
         let here = here.chain(waits).chain(ports).chain(topics);
         all.extend(here.map(|(name, time)| (name + &place, time.to_string())));
     }
@@ -1026,7 +1026,7 @@ mod tests {
             ),
             (table(""), table("[wait]\nplan = 2\n"), "[wait] plan: none → 2 ms; pilot: wait none → 2 ms"),
             (table(""), table("[access]\n\"Pilot.scan\" = 1\n"), "[access] Pilot.scan: none → 1 ms"),
-            (table(""), table("[overhead]\ndispatch = 1\n"), "[overhead] per job: 0 ms → 1 ms"),
+            (table(""), table("[overhead]\ndispatch = 1\n"), "[overhead] per wake-up: 0 ms → 1 ms"),
             (
                 figures("", "[codel]\nlook = 5\nplan = 12\n", MODEL),
                 figures("assume.codel = \"1 ms\"\n", "[codel]\nlook = 5\nplan = 12\n", MODEL),

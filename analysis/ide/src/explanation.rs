@@ -13,7 +13,8 @@ use mauve_hir::{Location, ModelDb, config_of};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuRule, CpuSet, Method, Status, Task, Time, Window, name_of_other, worst_trace};
 use mauve_wcrt::{
-    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, TableSet, psm_at, psm_of, worst_path,
+    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, TableSet, psm_at, psm_in_thread,
+    worst_path,
 };
 use rustc_hash::FxHashSet;
 
@@ -33,8 +34,9 @@ pub fn explain_response<'db>(
     query: Query,
     most: usize,
 ) -> Option<Doc<'db>> {
-    let component = report.activities.get(activity).and_then(|activity| activity.component);
-    let psm = component.and_then(|component| psm_of(db, tables, component, query.level).as_ref().ok());
+    let of = report.activities.get(activity)?;
+    let component = of.component;
+    let psm = component.and_then(|it| psm_in_thread(db, tables, it, query.level, of.wakes).as_ref().ok());
     let path = |program: usize| {
         component.map_or_else(Vec::new, |of| worst_path(db, tables, of, query.level, program))
     };

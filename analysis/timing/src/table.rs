@@ -58,7 +58,7 @@ pub struct Table {
     pub waits: Vec<Entry>,
     /// `[access]`: times of reads and writes of ports.
     pub accesses: Vec<Entry>,
-    /// `[overhead]`, for each job.
+    /// `[overhead]`, for each wake-up of a thread.
     pub overhead: Overhead,
     /// The bytes of the first key in it.
     pub overhead_span: Range<usize>,

@@ -262,6 +262,49 @@ fn no_response_of_threads_exceeds_its_bound() {
     });
 }
 
+/// The first task of a thread has its overhead. The part that executes after the last one, such as the switch to the next thread, delays
+/// others no more than that.
+#[test]
+fn no_response_exceeds_its_bound_where_a_thread_ends_with_its_overhead() {
+    const OVERHEAD: u64 = 4;
+    let longer = |task: &mut Task| {
+        let Demand::Machine { machine, .. } = &task.demand else { panic!("known") };
+        let longer = |edge: &Edge| Edge {
+            cost: edge.cost.checked_add(Time::from_nanos(OVERHEAD)).unwrap(),
+            ..edge.clone()
+        };
+        let edges = machine.edges().iter().map(longer).collect();
+        let machine = StateMachine::new(machine.states(), edges).unwrap();
+        task.demand = Demand::Machine { machine, whole: None };
+    };
+    let with_overhead = |set: &Tasks, is_first: bool| {
+        let mut set = set.clone();
+        let threads: Vec<Option<u32>> = set.activities().iter().map(|it| it.thread).collect();
+        for (index, task) in set.activities_mut().iter_mut().enumerate() {
+            let thread =
+                threads[index].map(|it| threads.iter().enumerate().filter(move |of| *of.1 == Some(it)));
+            let mate = thread.and_then(|mut it| if is_first { it.next() } else { it.next_back() });
+            if mate.is_some_and(|(mate, _)| mate == index) {
+                longer(task);
+            }
+        }
+        set
+    };
+    let system = |systems: &mut Systems| {
+        let (cpus, percent) = (systems.from(1, 3), systems.from(20, 70));
+        let mut set = systems.set(cpus, percent);
+        for activity in set.activities_mut() {
+            let jitter = systems.from(0, activity.period.unwrap().as_nanos());
+            activity.jitter = Time::from_nanos([0, 0, jitter][systems.from(0, 2) as usize]);
+        }
+        join(systems, &mut set);
+        set
+    };
+    let (analysed, simulated) =
+        (|set: &Tasks| with_overhead(set, true), |set: &Tasks| with_overhead(set, false));
+    compare_as("threads and their overhead", &system, &analysed, &simulated);
+}
+
 /// Threads, then operations, locks, waits and throttling, each of them or not.
 #[test]
 fn no_response_with_all_of_these_exceeds_its_bound() {
@@ -365,6 +408,16 @@ fn releases_of_a_burst() {
 
 /// Compares the responses of random systems with their bounds.
 fn compare(what: &str, system: &dyn Fn(&mut Systems) -> Tasks) {
+    compare_as(what, system, &Tasks::clone, &Tasks::clone);
+}
+
+/// Compares the bounds of a system as it is analysed with the responses of it as it is simulated.
+fn compare_as(
+    what: &str,
+    system: &dyn Fn(&mut Systems) -> Tasks,
+    analysed: &dyn Fn(&Tasks) -> Tasks,
+    simulated: &dyn Fn(&Tasks) -> Tasks,
+) {
     let methods = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact];
     // The greatest ratio of a response to its bound, and the number of compared activities, by method.
     let mut greatest = [(0.0_f64, 0_u64, 0_u64); 4];
@@ -374,7 +427,8 @@ fn compare(what: &str, system: &dyn Fn(&mut Systems) -> Tasks) {
     let mut simulating = std::time::Duration::ZERO;
     while jobs < wanted {
         seed += 1;
-        let set = system(&mut systems);
+        let system = system(&mut systems);
+        let (set, simulated) = (analysed(&system), simulated(&system));
         let bounds =
             methods.map(|method| set.response_times(&Options { method, is_brief: false }, &|| ()).responses);
         for _ in 0..5 {
@@ -382,7 +436,7 @@ fn compare(what: &str, system: &dyn Fn(&mut Systems) -> Tasks) {
             options.keeps_schedule = false;
             options.calls = [Calls::AtJobs, Calls::BetweenJobs][systems.from(0, 1) as usize];
             let start = Instant::now();
-            let schedule = set.simulate(&options, &|| ());
+            let schedule = simulated.simulate(&options, &|| ());
             simulating += start.elapsed();
             for (activity, statistics) in schedule.statistics.iter().enumerate() {
                 let statistics = statistics.unwrap();

@@ -102,7 +102,7 @@ pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};
 pub use priorities::priority_facts;
 pub use probability::{LaterThan, MissProbability, dependent_facts, distribution_of, probabilities_of};
-pub use psm::{Psm, psm_of, worst_path};
+pub use psm::{Psm, psm_in_thread, psm_of, worst_path};
 pub use reason::{
     ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PREFIX_OF_TOPICS, PatternError,
     Prose, Reason, Refusal, Share, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong,

@@ -112,6 +112,8 @@ struct InstanceObserver {
     most_codels: u64,
     /// The execution time of the codels and of the accesses to ports since the last period.
     measured: u64,
+    /// What its thread executed besides these in the last period, up to its end.
+    unmeasured: u64,
     /// Periods with a longer execution than the greatest edge, and the first.
     long: u64,
     first_long: Option<u64>,
@@ -248,6 +250,9 @@ impl Observer {
     }
 
     fn period(&mut self, index: usize, span: &Span) {
+        // That of the instances before it in its thread.
+        let unmeasured_before =
+            index.checked_sub(1).and_then(|it| self.instances.get(it)).map(|it| it.unmeasured);
         let Some((instance, expected)) =
             self.instances.get_mut(index).zip(self.expected.instances.get(index))
         else {
@@ -271,7 +276,9 @@ impl Observer {
             instance.observed.overhead = None;
         }
         let is_derived = instance.codels > 0 && span.thread.is_none() && !instance.has_overhead;
-        let of_period = is_derived.then(|| span.execution.saturating_sub(measured));
+        let before = unmeasured_before.filter(|_| !expected.wakes).unwrap_or_default();
+        instance.unmeasured = span.execution.saturating_sub(measured).saturating_add(before);
+        let of_period = is_derived.then_some(instance.unmeasured);
         instance.observed.overhead = instance.observed.overhead.max(span.overhead.or(of_period));
         (instance.spans, instance.codels) = (0, 0);
         if expected.own.is_some_and(|own| span.execution > own.saturating_add(tracing)) {

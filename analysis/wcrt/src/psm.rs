@@ -38,7 +38,8 @@ pub struct Psm<'db> {
     pub greatest: Vec<(usize, Time)>,
     /// Its own operations that programs may call, likewise; no time where none was needed.
     pub operations: Vec<(ProgramId, Option<Time>)>,
-    /// Dispatch and context switches, in each edge.
+    /// Dispatch and context switches, in each edge: that of the wake-up that the job begins with, none where another instance of the
+    /// thread has it.
     pub overhead: Time,
     /// The context switches of the waits in the greatest edge: to leave the CPU and to return, for each.
     pub switches: Time,
@@ -220,15 +221,28 @@ impl<'db> Psm<'db> {
     }
 }
 
-/// The periodic state machine of a component with the times of these tables, or why it has none.
-#[salsa::tracked(returns(ref))]
+/// The periodic state machine of a component in a thread of its own with the times of these tables, or why it has none.
 pub fn psm_of<'db>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
+) -> &'db Result<Psm<'db>, Vec<Refusal<'db>>> {
+    psm_in_thread(db, tables, component, level, true)
+}
+
+/// [`psm_of`], for an instance whose jobs begin with the wake-up of its thread or not: see [`ResolvedActivity::wakes`].
+///
+/// [`ResolvedActivity::wakes`]: crate::ResolvedActivity::wakes
+#[salsa::tracked(returns(ref))]
+pub fn psm_in_thread<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    component: Decl<'db>,
+    level: Level,
+    wakes: bool,
 ) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
-    psm_with(db, tables, component, level, &|_| None)
+    psm_with(db, tables, component, level, wakes, &|_| None)
 }
 
 /// Returns what a job takes up to the end of the write of each passage of a component, at most, in the order of
@@ -239,6 +253,7 @@ pub(crate) fn write_costs<'db>(
     tables: TableSet<'db>,
     of: Decl<'db>,
     level: Level,
+    wakes: bool,
     assumption: Assumption<'db>,
 ) -> Vec<Option<Time>> {
     let project = tables.project(db);
@@ -246,7 +261,7 @@ pub(crate) fn write_costs<'db>(
     let Ok(behaviour) = behaviour_behind(db, project, of) else { return Vec::new() };
     let mut evaluator = PsmEvaluator::new(db, of, behaviour, times_of(db, tables, of), level, &|_| None);
     let programs = evaluator.programs();
-    let Some(overhead) = evaluator.overhead() else { return Vec::new() };
+    let Some(overhead) = evaluator.overhead(wakes) else { return Vec::new() };
     let is_call = |end: &PassageEnd<'db>| matches!(end, PassageEnd::Operation(_));
     let cost = |passage: &Passage<'db>| {
         let is_whole = passage.to_handle || is_call(&passage.from) || is_call(&passage.to);
@@ -260,12 +275,13 @@ pub(crate) fn write_costs<'db>(
 /// The times of codels and programs that replace those of the tables; `None` where the tables count.
 pub(crate) type OtherTimes<'a, 'db> = &'a dyn Fn(&Timed<'db>) -> Option<Time>;
 
-/// [`psm_of`], where `what_if` replaces times of the tables.
+/// [`psm_in_thread`], where `what_if` replaces times of the tables.
 pub(crate) fn psm_with<'db>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
     of: Decl<'db>,
     level: Level,
+    wakes: bool,
     what_if: OtherTimes<'_, 'db>,
 ) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
     let behaviour = behaviour_behind(db, tables.project(db), of)?;
@@ -275,7 +291,7 @@ pub(crate) fn psm_with<'db>(
     }
     let project = tables.project(db);
     let Some(core) = core_of(db, project, of) else { return Err(Vec::new()) };
-    PsmEvaluator::new(db, of, behaviour, times, level, what_if).psm(product_of(db, project, core))
+    PsmEvaluator::new(db, of, behaviour, times, level, what_if).psm(product_of(db, project, core), wakes)
 }
 
 /// Returns what a component executes, without times, or why that is not known.
@@ -418,7 +434,7 @@ impl<'a, 'db> PsmEvaluator<'a, 'db> {
         let taken = self.operations.get(index).copied().flatten();
         let time = taken.and_then(|taken| self.with_switches(&taken));
         // Between two periods, a call wakes the thread, also for an operation that takes no time.
-        let overhead = taken.and_then(|_| self.overhead());
+        let overhead = taken.and_then(|_| self.overhead(true));
         let sum = time.zip(overhead).and_then(|(time, overhead)| time.checked_add(overhead));
         if taken.is_some() && overhead.is_some() && sum.is_none() {
             self.refuse(Reason::TooLong(TooLong::Program));
@@ -427,8 +443,9 @@ impl<'a, 'db> PsmEvaluator<'a, 'db> {
         (sum.ok_or(self.refusals), taken.is_some_and(|taken| taken.wait > Time::ZERO))
     }
 
-    /// Returns the overhead of a job, and refuses the component where it is unknown.
-    fn overhead(&mut self) -> Option<Time> {
+    /// Returns the overhead of a job that begins with the wake-up of its thread or does not, and refuses the component where it is
+    /// unknown.
+    fn overhead(&mut self, wakes: bool) -> Option<Time> {
         let overhead = self.times.overhead(self.level);
         if overhead.is_none() {
             match self.times.without_level(self.level) {
@@ -437,7 +454,7 @@ impl<'a, 'db> PsmEvaluator<'a, 'db> {
                 None => self.refuse(Reason::TooLong(TooLong::Overhead)),
             }
         }
-        overhead
+        overhead.map(|it| if wakes { it } else { Time::ZERO })
     }
 
     /// Returns what each program takes that an edge executes.
@@ -488,10 +505,10 @@ impl<'a, 'db> PsmEvaluator<'a, 'db> {
         taken.total.checked_add(self.switches_of(taken)?)
     }
 
-    fn psm(mut self, product: &Arc<Product<'db>>) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
+    fn psm(mut self, product: &Arc<Product<'db>>, wakes: bool) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
         let behaviour = self.behaviour;
         let programs = self.programs();
-        let overhead = self.overhead();
+        let overhead = self.overhead(wakes);
         for too_long in self.too_long(&programs, overhead) {
             self.refuse(Reason::TooLong(TooLong::Edge(too_long.clone())));
         }

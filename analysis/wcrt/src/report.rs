@@ -96,6 +96,8 @@ pub struct ActivityReport<'db> {
     pub component: Option<Decl<'db>>,
     /// The name of its thread, if that executes other activities too.
     pub thread: Option<Name>,
+    /// Whether its jobs have the overhead of a wake-up: see [`ResolvedActivity::wakes`](crate::ResolvedActivity::wakes).
+    pub wakes: bool,
     /// Its location; none in an exported file.
     pub at: Option<Location<'db>>,
     /// Why its priority counts as unknown although one is written.

@@ -84,6 +84,10 @@ pub struct ResolvedActivity<'db> {
     pub trigger: Option<Trigger>,
     /// The name of the activity; that of the instance, unless the activity executes several instances in one thread.
     pub activity: Name,
+    /// Whether its jobs begin with the wake-up of their thread, and so have its overhead: unless an earlier instance of the thread has. A
+    /// thread wakes up once for a job of each, and the first one delays all others. (A call of an operation, a wait and a lock may wake it once
+    /// more: each has an overhead of its own.)
+    pub wakes: bool,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
     /// Why its priority counts as unknown although one is written.
@@ -431,6 +435,7 @@ impl<'db> SystemReader<'db> {
             is_exact: true,
             trigger: None,
             activity: name.clone(),
+            wakes: true,
             refusals: Vec::new(),
             unknown_priority: None,
             gateway: None,
@@ -455,6 +460,7 @@ impl<'db> SystemReader<'db> {
         let mut found = self.resolved(name, at.clone(), instance);
         found.activity = activity.name.name.clone();
         found.task.thread = entry.thread;
+        found.wakes = entry.number == 0;
         found.task.cpus = Some(CpuSet::NONE);
         let is_repeated = instance.is_some_and(|instance| instance.repeated);
         match instance {

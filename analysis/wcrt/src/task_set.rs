@@ -7,7 +7,7 @@ use mauve_timing::{Executed, Level, Method, Slice, Task, Tasks};
 
 use crate::gateway::gateway_psm;
 use crate::locks::{LocksOfDeployment, locks_of};
-use crate::psm::{OtherTimes, Psm, PsmResult, psm_of};
+use crate::psm::{OtherTimes, Psm, PsmResult, psm_in_thread};
 use crate::reason::{Reason, Refusal};
 use crate::report::{ActivityReport, Query};
 use crate::served::{Served, served_in};
@@ -61,6 +61,7 @@ impl<'db> DeployedTasks<'db> {
             component_name: resolved.component_name.clone(),
             component: resolved.component,
             thread: resolved.thread.map(|_| resolved.activity.clone()),
+            wakes: resolved.wakes,
             at: Some(resolved.at.clone()),
             unknown_priority: resolved.unknown_priority.clone(),
             reasons: executed.refusals_of(resolved, index, query.method).collect(),
@@ -121,7 +122,7 @@ pub(crate) fn psms_of<'db>(
     let of = |it: &ResolvedActivity<'db>| match (incomplete_tables(db, it.tables), it.gateway) {
         (Some(_), _) => None,
         (None, Some(of)) => Some(gateway_psm(db, it.tables, of.deployment, of.host, level)),
-        (None, None) => Some(psm_of(db, it.tables, it.executed()?, level)),
+        (None, None) => Some(psm_in_thread(db, it.tables, it.executed()?, level, it.wakes)),
     };
     system.activities.iter().map(of).collect()
 }

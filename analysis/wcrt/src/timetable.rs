@@ -801,7 +801,7 @@ impl<'db> Timetable<'db> {
         }
     }
 
-    /// Returns the time of dispatch and two context switches, for each job; none where they have no time at this level.
+    /// Returns the time of dispatch and two context switches, for each wake-up of a thread; none where they have no time at this level.
     pub fn overhead(&self, level: Level) -> Option<Time> {
         let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
         let dispatch = overhead.dispatch.at(levels, level)?;
@@ -859,7 +859,7 @@ impl<'db> Timetable<'db> {
     }
 
     /// Returns how many executions that may exceed their times each entry stands for, none where its time holds at every level, and
-    /// how many there are in each job: those of the overhead.
+    /// how many there are in each job: those of the overhead, at most. (In a thread, only the first instance has them.)
     pub(crate) fn levelled(&self) -> (FxHashMap<Timed<'db>, u64>, u64) {
         let depends = |times: &Times| u64::from(matches!(times, Times::PerLevel(_)));
         let overhead = self.overhead.as_ref().map(|(_, _, overhead)| overhead);

@@ -76,14 +76,16 @@ impl<'db> Variants<'db> {
         what_if: OtherTimes<'_, 'db>,
     ) -> Tasks {
         let Variants { db, project, query, system, .. } = *self;
-        let changed = system.activities.iter().filter_map(|it| Some((it.executed()?, it.tables)));
-        let changed: FxHashSet<_> = changed.filter(|(it, _)| components.contains(it)).collect();
-        let changed: FxHashMap<_, PsmResult<'db>> =
-            changed.into_iter().map(|of| (of, psm_with(db, of.1, of.0, query.level, what_if))).collect();
+        let changed = system.activities.iter().filter_map(|it| Some((it.executed()?, it.tables, it.wakes)));
+        let changed: FxHashSet<_> = changed.filter(|(it, ..)| components.contains(it)).collect();
+        let changed: FxHashMap<_, PsmResult<'db>> = changed
+            .into_iter()
+            .map(|of| (of, psm_with(db, of.1, of.0, query.level, of.2, what_if)))
+            .collect();
         let psms = system.activities.iter().zip(psms_of(db, system, query.level));
         let psms = psms.map(|(it, psm)| {
             let other = it.executed().filter(|_| it.gateway.is_none());
-            other.and_then(|component| changed.get(&(component, it.tables))).or(psm)
+            other.and_then(|component| changed.get(&(component, it.tables, it.wakes))).or(psm)
         });
         let executed = Executables::of(db, project, system, psms.collect(), query.level, what_if);
         executed.tasks(db, project, system, query.method)

@@ -412,7 +412,8 @@ void Robot::State::create_activities() {
     if (options.simulates_time || options.spends_times) context.times = &times;
     context.spent_percent = 80;
     (trace ? context.trace : context.followed) = records.get();
-    if (it.priority > 0) thread.set_overhead(overhead);
+    // A thread wakes up once for all that it executes.
+    if (it.priority > 0 && it.thread.empty()) thread.set_overhead(overhead);
     threads.push_back(&thread);
     if (activity ? !task(it.instance).setActivity(activity.release()) : !thread.start(it.gateway)) {
       throw Cannot("the activity of " + it.instance + " cannot be created");

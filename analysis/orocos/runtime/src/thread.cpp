@@ -125,8 +125,8 @@ struct PeriodicThread::State {
   std::atomic<Nanoseconds> end{never};
   bool is_held = false;
   bool is_relative = false;
-  // The CPU time at the end of the period before; -1 before the first.
-  Nanoseconds cpu_after_period = -1;
+  // The CPU time at the end of the period before, -1 before the first; and at the end of the last instance so far.
+  Nanoseconds cpu_after_period = -1, cpu_after_instance = -1;
   // Whose data releases it; the first value since the beginning of the period before, or the one that completes all that are needed;
   // and the end of the gap.
   std::vector<const RTT::base::PortInterface*> ports;
@@ -268,6 +268,8 @@ void PeriodicThread::State::execute_periods(Nanoseconds release, Nanoseconds len
     it->open.store(never, std::memory_order_relaxed);
     it->is_busy = false;
   }
+  cpu_after_period = cpu_after_instance;
+  for (State* it = this; it != nullptr; it = it->next) it->context.measured_cpu = 0;
 }
 
 void PeriodicThread::State::execute_period(RTT::base::RunnableInterface& present, Nanoseconds release, Nanoseconds length) {
@@ -302,19 +304,17 @@ void PeriodicThread::State::execute_period(RTT::base::RunnableInterface& present
   if (deadline > 0 && response > deadline) increment(statistics.misses);
 }
 
-// Returns the CPU time since the end of the period before, without codels and ports; -1 where it is unknown.
+// Returns the CPU time of the thread since the end of its period before, without codels and ports; -1 where it is unknown. Of several
+// instances, the last one has that of all: the thread wakes up once for them.
 Nanoseconds PeriodicThread::State::note_overhead(bool was_running) {
   const Nanoseconds cpu = cpu_time();
   // Calls of the others may have been executed in between.
   Nanoseconds measured = 0;
-  for (State* it = leader; it != nullptr; it = it->next) {
-    measured += it->context.measured_cpu;
-    it->context.measured_cpu = 0;
-  }
+  for (State* it = leader; it != nullptr; it = it->next) measured += it->context.measured_cpu;
   const bool is_known = was_running && leader->cpu_after_period >= 0;
   const Nanoseconds overhead_of_period = is_known ? cpu - leader->cpu_after_period - measured : -1;
   note_greatest(statistics.overhead, overhead_of_period);
-  leader->cpu_after_period = cpu;
+  leader->cpu_after_instance = cpu;
   return overhead_of_period;
 }
 

@@ -65,7 +65,7 @@ pub static KEYS: [TableKey; 9] = [
         default: None, examples: r#"[{ "Camera.frame": 0.9 }]"#,
         documentation: "The execution time of a read or a write of a port, by component and port, such as \"drivers.Camera.frame\": \
                         it copies the value." },
-    TableKey { name: "overhead", kind: TableKeyKind::Keys(Some(("[overhead]", "the overhead of each job")), &OVERHEAD),
+    TableKey { name: "overhead", kind: TableKeyKind::Keys(Some(("[overhead]", "the overhead of each wake-up")), &OVERHEAD),
         default: None, examples: "", documentation: "The overhead of each period of each activity: dispatch + 2 × context_switch." },
     TableKey { name: "measured", kind: TableKeyKind::Keys(Some(("[measured]", "where measured times come from")), &[
             TableKey { name: ANY_NAME, kind: TableKeyKind::Keys(None, &MEASURED), default: None, examples: "", documentation: "" },

@@ -235,8 +235,9 @@ impl<'db> Sums<'db> {
         let component = instance.component.filter(|it| *is_readable(self.db, self.project, *it))?;
         let core = core_of(self.db, self.project, component)?;
         let passages = passages_of(self.db, self.project, core, step.assumption);
-        let tables = self.system.activities.get((*self.of_instances.get(step.instance)?)?)?.tables;
-        let costs = write_costs(self.db, tables, component, self.query.level, step.assumption);
+        let activity = self.system.activities.get((*self.of_instances.get(step.instance)?)?)?;
+        let (tables, level) = (activity.tables, self.query.level);
+        let costs = write_costs(self.db, tables, component, level, activity.wakes, step.assumption);
         Some(KnownComponent { component, core, passages, costs })
     }
 

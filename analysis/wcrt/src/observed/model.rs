@@ -15,7 +15,7 @@ use crate::report::{Query, Report};
 use crate::response::response_times;
 use crate::system::system_of;
 use crate::table_set::tables_of_host;
-use crate::timetable::{files_of, table};
+use crate::timetable::{files_of, table, timetable_of};
 
 /// Times in tables without levels are compared at this level.
 const STRICT: f64 = 1e-9;
@@ -71,8 +71,10 @@ pub struct ExpectedInstance {
     pub deadline: Option<u64>,
     /// R, the bound of its response time.
     pub response: Option<u64>,
-    /// The greatest cost of one of its jobs.
+    /// The greatest cost of one of its jobs, with the whole overhead of its thread: any of its instances may need that.
     pub own: Option<u64>,
+    /// Whether its thread wakes up for it, and not for another instance before it.
+    pub wakes: bool,
     /// R and the greatest cost at the strictest level of the tables.
     pub strict: (Option<u64>, Option<u64>),
     /// Its behaviour, if it is known.
@@ -136,7 +138,11 @@ pub fn expected<'db>(
     let system = system_of(db, project, deployment).activities.iter();
     let all = report.activities.iter().zip(system).enumerate();
     let here = all.filter(|(_, (_, it))| host.is_none() || it.host == host);
-    let instances = here.map(|(index, (activity, _))| (index, activity)).map(|(index, activity)| {
+    let instances = here.map(|(index, (activity, resolved))| {
+        let with_overhead = |own: Option<Time>, level: Level| {
+            let overhead = timetable_of(db, resolved.tables).overhead(level).filter(|_| !resolved.wakes);
+            nanos(own?.checked_add(overhead.unwrap_or_default()))
+        };
         let core = activity.component.and_then(|component| core_of(db, project, component));
         let machine = core.and_then(|core| ExpectedMachine::of(db, project, core));
         let uses = core.filter(|_| machine.is_some()).map(|core| uses_of(db, project, core));
@@ -149,11 +155,12 @@ pub fn expected<'db>(
             burst: (!activity.is_periodic()).then_some(activity.burst.max(1)),
             deadline: nanos(activity.deadline),
             response: nanos(activity.response),
-            own: nanos(activity.own),
+            own: with_overhead(activity.own, query.level),
+            wakes: resolved.wakes,
             strict: strict
                 .activities
                 .get(index)
-                .map(|it| (nanos(it.response), nanos(it.own)))
+                .map(|it| (nanos(it.response), with_overhead(it.own, strictest)))
                 .unwrap_or_default(),
             machine,
             codels: uses.map(|uses| uses.codels.iter().map(|codel| codel.qualified(db)).collect()),
