@@ -192,11 +192,29 @@ deployment D {
         format!("{PARTS}{}{TIMES}", deployment.replace("TRIGGER", trigger))
     };
     // What `s` samples 40 ms after the change arrives 1 ms later, when data of `t` may have released a job just before: 20 ms, and 2 + 3.
-    check(&merged("trigger = any [i, j] least = 20"), expect![[r#""#]]);
+    check(
+        &merged("trigger = any [i, j] least = 20"),
+        expect![[r#"
+            s.o -> a.act: 66 ms, age 66 ms
+            t.o -> a.act: 76 ms, age 76 ms
+        "#]],
+    );
     // It may have to wait for data of `t`, 50 + 1 ms; that of `t`, for 40 + 1.
-    check(&merged("trigger = all [i, j] least = 20"), expect![[r#""#]]);
+    check(
+        &merged("trigger = all [i, j] least = 20"),
+        expect![[r#"
+            s.o -> a.act: 97 ms, age 97 ms
+            t.o -> a.act: 97 ms, age 97 ms
+        "#]],
+    );
     // A gap of 60 ms is longer than that.
-    check(&merged("trigger = all [i, j] least = 60"), expect![[r#""#]]);
+    check(
+        &merged("trigger = all [i, j] least = 60"),
+        expect![[r#"
+            s.o -> a.act: 106 ms, age 106 ms
+            t.o -> a.act: 116 ms, age 116 ms
+        "#]],
+    );
     // In a circle, each has a bound where something else releases one of them.
     let circle = |trigger: &str| {
         let deployment = "
@@ -214,7 +232,12 @@ deployment D {
 ";
         format!("{PARTS}{}{TIMES}", deployment.replace("WORD", trigger))
     };
-    check(&circle("any"), expect![[r#""#]]);
+    check(
+        &circle("any"),
+        expect![[r#"
+            s.o -> a.act: 98 ms, age 68 ms
+        "#]],
+    );
     check(&circle("all"), expect![[r#""#]]);
 }
 

@@ -162,9 +162,6 @@ instances = ["log"]
 look = 2
 plan = 3
 far = 4
-[overhead]
-dispatch = 0.3
-context_switch = 0.1
 "#;
 
 #[test]

@@ -337,7 +337,12 @@ big = [2]
             1 scan
         "#]],
         );
-        check("activity two { trigger = all [$0] }", expect![[r#""#]]);
+        check(
+            "activity two { trigger = all [$0] }",
+            expect![[r#"
+            1 scan
+        "#]],
+        );
         check(
             "activity two { cpus = $0 }",
             expect![[r#"
@@ -366,7 +371,7 @@ big = [2]
             2 instances (the instances that one thread executes in order, such as [imu, gps]; by default the instance of its name) ⇒ "instances = [$1]"
             3 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
             4 cpus (the CPUs as a list, such as [1, 2], or a set of mauve.toml; by default what `affinity` says) ⇒ "cpus = $1"
-            5 trigger (the input port whose data releases it; by default its clock) ⇒ "trigger = $1"
+            5 trigger (the input port whose data releases it, or any or all of several: any [scan, odometry]; by default its clock) ⇒ "trigger = $1"
             7 rate (releases per second, such as 30 Hz, instead of a period; by default what `period` says) ⇒ "rate = ${1:30} Hz"
             9 deadline (in milliseconds; by default the period) ⇒ "deadline = $1"
         "#]],
