@@ -286,15 +286,21 @@ fn is_positive(value: &FieldValue) -> bool {
     matches!(value, FieldValue::Time(time, _) if *time > Time::ZERO)
 }
 
-/// Returns the ports of `any [scan, odometry]`; `None` where it is no such list.
+/// Returns the ports of `any [scan, odometry]`, each once; `None` where it is no such list.
 fn ports(list: &[Expr], word: Option<&str>) -> Option<FieldValue> {
     let needs = match word? {
         "any" => Needs::Any,
         "all" => Needs::All,
         _ => return None,
     };
-    let ports: Option<Vec<NameRef>> = list.iter().map(|it| it.as_name().cloned()).collect();
-    Some(FieldValue::Ports(ports.filter(|it| (1..=MOST_TRIGGERS).contains(&it.len()))?, needs))
+    let mut ports: Vec<NameRef> = Vec::new();
+    for port in list {
+        let port = port.as_name()?;
+        if !ports.iter().any(|it| it.name == port.name) {
+            ports.push(port.clone());
+        }
+    }
+    (1..=MOST_TRIGGERS).contains(&ports.len()).then_some(FieldValue::Ports(ports, needs))
 }
 
 /// Returns the CPUs in a list of numbers; `None` where it is no such list.

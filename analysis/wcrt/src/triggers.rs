@@ -1,6 +1,6 @@
 //! Activities that data never releases, or that do not read the data that releases them.
 
-use mauve_hir::item_tree::{Name, NameRef};
+use mauve_hir::item_tree::Name;
 use mauve_hir::{
     Assumption, Decl, Flat, Location, ModelDb, Project, Ros2, core_of, deployed, deployment, passages_of,
     ros2_of,
@@ -43,9 +43,8 @@ impl<'db> TriggerChecker<'db> {
         let activities = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
         let mut of_name = activities.filter(|it| it.name.name == activity.activity);
         let field = of_name.find_map(|it| it.field(ActivityField::Trigger));
-        let is_at = |it: &&NameRef, port: &Name| it.name == *port;
         let place = |port: &Name| {
-            let named = field.and_then(|field| field.names().find(|it| is_at(it, port)));
+            let named = field.and_then(|field| field.names().find(|it| it.name == *port));
             named.map_or(activity.at.clone(), |it| Location::Source(self.of, it.id))
         };
         trigger.ports.iter().filter_map(|port| self.port(activity, port, place(port))).collect()
