@@ -50,7 +50,7 @@
 //! ```
 
 use crate::lane::least_common_multiple;
-use crate::trigger::{Distance, is_paced};
+use crate::trigger::{ChainRelease, Distance, is_paced};
 use crate::{CpuSet, Priority, Task, Tasks, Time};
 
 /// The maximum number of jobs that are followed along a chain of synchronised tasks.
@@ -80,17 +80,6 @@ pub struct ChainStep {
     pub released: Option<ChainRelease>,
     /// Whether it is an operation that the step before calls: a call does not arrive as data at a port does.
     pub is_call: bool,
-}
-
-/// How data releases a task of a chain.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct ChainRelease {
-    /// The time between its releases; none without a bound. See [`Tasks::greatest_distance`].
-    pub distance: Option<Distance>,
-    /// Whether the data of the step before releases it: it arrives at a trigger port.
-    pub by_data: bool,
-    /// The most time until data has arrived at all other trigger ports as well, 0 where one is enough; none without other ports.
-    pub others: Option<Time>,
 }
 
 /// The buffer of a connection. A write into a full one drops its oldest value.

@@ -98,7 +98,7 @@ mod worst_case;
 mod write_time;
 
 pub use breakdown::Breakdown;
-pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRelease, ChainRule, ChainStep, NoLatency};
+pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRule, ChainStep, NoLatency};
 pub use cpu_set::{CpuSet, sharing_cpus};
 pub use cycle_mean::CycleMean;
 pub use lane::greatest_common_divisor;
@@ -135,7 +135,7 @@ pub use task::{
 pub use tasks::{THROTTLING, TaskKind, TaskOperation, Tasks, name_of_other};
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};
-pub use trigger::{Distance, Needs, TriggerWriter, Triggers};
+pub use trigger::{ChainRelease, Distance, Needs, TriggerWriter, Triggers};
 pub use utilisation::Utilisation;
 pub use worst_case::{NoWorstCase, WorstCase};
 pub use write_time::ChainWrite;

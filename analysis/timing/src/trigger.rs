@@ -28,7 +28,6 @@
 //! the writer and R of the writer later at most. If the data is paced, and the writes are more than S apart, each datum releases a job
 //! at once that starts before the next one arrives: k releases take k gaps, and R of the writer once.
 
-use crate::chain::ChainRelease;
 use crate::{Task, Tasks, Time};
 
 /// How far apart releases are: k of them take k·each + late at most.
@@ -86,6 +85,17 @@ pub struct Triggers {
     pub needs: Needs,
     /// The writer of each port; none where nothing bounds the time to its next write.
     pub writers: Vec<Option<TriggerWriter>>,
+}
+
+/// How data releases a task of a chain.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ChainRelease {
+    /// The time between its releases; none without a bound. See [`Tasks::greatest_distance`].
+    pub distance: Option<Distance>,
+    /// Whether the data of the step before releases it: it arrives at a trigger port.
+    pub by_data: bool,
+    /// The most time until data has arrived at all other trigger ports as well, 0 where one is enough; none without other ports.
+    pub others: Option<Time>,
 }
 
 impl TriggerWriter {
