@@ -109,8 +109,8 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
             "mauve_released_by c heard 0.02 1 true",
             "mauve_released_by c seen 0.02 1 true",
             "connect a.told b.heard CIRCULAR_BUFFER 4",
-            "connect a.told c.heard DATA",
-            "connect b.told c.seen DATA",
+            "connect a.told c.heard DATA 0",
+            "connect b.told c.seen DATA 0",
         ]
     );
     assert_eq!(

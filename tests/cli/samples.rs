@@ -31,19 +31,19 @@ fn operations_and_sets_of_cpus_have_all_figures() {
     let checked = mauve(MAUVE, &models().join(model), &["check"]);
     assert_eq!(checked.code, 0, "{}", checked.out);
     assert!(checked.out.contains("all 6 deadlines are proved"), "{}", checked.out);
-    assert!(checked.out.contains("CPUs 1 and 2 utilisation: 131.0 % of 200 %"), "{}", checked.out);
-    // wheels: with the network driver. pilot: 3, wheels, the driver twice, and its jitter. map: 5, six calls of 3, and the laser.
-    assert_eq!(responses(model, &[]), [2.2, 8.0, 5.9, 31.0, 13.6, 47.0]);
+    assert!(checked.out.contains("CPUs 1 and 2 utilisation: 113.0 % of 200 %"), "{}", checked.out);
+    // wheels: with the network driver. pilot: 3, wheels, the driver twice, and its jitter. map: 5, three calls of 3, and the laser.
+    assert_eq!(responses(model, &[]), [2.2, 8.0, 5.9, 22.0, 13.6, 47.0]);
     let map = &activities(model, &[])[3];
-    assert_eq!(map["own"], 23);
+    assert_eq!(map["own"], 14);
     let calls: Vec<String> = map["calls"]
         .as_array()
         .unwrap()
         .iter()
         .map(|it| format!("{} for {}: {} in {} ms", it["operation"], it["client"], it["calls"], it["time"]))
         .collect();
-    // ⌈(50 + 31 + 5.9)/20⌉ and ⌈(50 + 31 + 13.6)/100⌉.
-    assert_eq!(calls, ["\"way\" for \"pilot\": 5 in 15 ms", "\"way\" for \"tour\": 1 in 3 ms"]);
+    // ⌈⌈(50 + 22 + 5.9)/20⌉/2⌉, since each second job of the pilot sends, and ⌈(50 + 22 + 13.6)/100⌉.
+    assert_eq!(calls, ["\"way\" for \"pilot\": 2 in 6 ms", "\"way\" for \"tour\": 1 in 3 ms"]);
     let simulated = mauve(MAUVE, &models().join(model), &["simulate", "--for", "20s"]);
     assert_eq!(simulated.code, 0, "{}", simulated.out);
     // The network driver has its name in each form of a schedule.
