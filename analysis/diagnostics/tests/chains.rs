@@ -238,7 +238,12 @@ deployment D {
             s.o -> a.act: 98 ms, age 68 ms
         "#]],
     );
-    check(&circle("all"), expect![[r#""#]]);
+    check(
+        &circle("all"),
+        expect![[r#"
+            s.o -> a.act: `m` is released by data that `f` may never write again
+        "#]],
+    );
 }
 
 /// A sample of a topic is written by the gateway, every 5 ms, and releases the filter: once in 20 ms.
@@ -262,13 +267,23 @@ timing.tables = ['times.toml']
 [ros2]
 gateway = { priority = 20, period = '5 ms', cpus = [3] }
 topics = { 'f.i' = '/in' }
+[chains.follow]
+from = 'f.i'
+to = 'act'
 [[platform.other]]
 name = 'recv'
 period = '1 s'
 time = '1 us'
+priority = 50
 cpus = [3]
 ";
-    check(&format!("{PARTS}{model}"), expect![[r#""#]]);
+    // The gateway looks after 5 ms, and takes 0.501; 20 ms, and 2 + 3.
+    check(
+        &format!("{PARTS}{model}"),
+        expect![[r#"
+            follow: 30.501 ms, age 30.501 ms
+        "#]],
+    );
 }
 
 /// A thread wakes up once for all that it executes, before the first one.
