@@ -335,6 +335,8 @@ big = [2]
             "activity two { trigger = $0 }",
             expect![[r#"
             1 scan
+            1 any […] (any []) ⇒ "any [$1]"
+            1 all […] (all []) ⇒ "all [$1]"
         "#]],
         );
         check(
