@@ -1,7 +1,7 @@
 //! # never-triggered
 //!
-//! Data at a port that `trigger` names releases an activity, and nothing writes it: no connection leads to the port and it is no topic of
-//! ROS 2, or the core of the writer never writes its port. The activity never executes.
+//! Data at a port that `trigger` names releases an activity, and nothing writes it: no connection and no topic of ROS 2 leads to the
+//! port, or the core of the writer never writes its port. The activity never executes.
 //!
 //! ```mauve
 //! shell Eye { output port frame: int }

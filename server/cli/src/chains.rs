@@ -245,7 +245,7 @@ impl<'db> ChainList<'db> {
             notes.extend(
                 (step.releases > Some(1)).then(|| counted(step.releases.unwrap_or(0) as usize, "release")),
             );
-            notes.extend(step.decides.then(|| "decides what is written".to_owned()));
+            notes.extend(step.decides.then(|| "decides the write".to_owned()));
             notes.extend(part.by_data.then(|| "released by data".to_owned()));
             notes.extend(part.stays_full.then(|| "the buffer before it stays full".to_owned()));
             let response = step.activity.and_then(|it| report.activities.get(it)?.response);
