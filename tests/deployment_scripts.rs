@@ -133,7 +133,7 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
             "mauve_runs_as c 4 1",
         ]
     );
-    assert_eq!(of(&["start"]), ["start a", "start b", "start taker", "start giver"]);
+    assert_eq!(of(&["start"]), ["start a", "start b", "start taker", "start giver", "start c"]);
     for (failing, says) in [
         ("mauve_released_by b", "Cannot let data release b\nNothing runs."),
         ("setMasterSlaveActivity giver", "Cannot execute taker in the thread of giver\nNothing runs."),
