@@ -52,7 +52,8 @@ fn most_sent(product: &Product<'_>, counts: &[u64]) -> (u64, u64) {
     let most = product.edges.iter().map(|it| count(it.cost)).max().unwrap_or(0);
     // The most that so many jobs send, by the state in which they begin.
     let mut sent = vec![0; product.states.len()];
-    for jobs in 0..(MOST_STEPS / product.edges.len().max(1)) as u64 {
+    let most_jobs = (MOST_STEPS / product.edges.len().max(1)).max(1) as u64;
+    for jobs in 0..most_jobs {
         let mut next = vec![0; sent.len()];
         for edge in &product.edges {
             let (source, target) = edge.ends();
@@ -63,9 +64,13 @@ fn most_sent(product: &Product<'_>, counts: &[u64]) -> (u64, u64) {
         if next.iter().any(|sent| *sent > most) {
             return (most, jobs.max(1));
         }
+        // No further job sends any more.
+        if next == sent {
+            break;
+        }
         sent = next;
     }
-    (most, (MOST_STEPS / product.edges.len().max(1)).max(1) as u64)
+    (most, most_jobs)
 }
 
 /// Returns the greatest number of calls that one execution of an operation sends, by required operation.
