@@ -80,8 +80,7 @@ impl<'db> TriggerChecker<'db> {
         let component = self.flat.instance(instance).and_then(|it| it.component);
         let component = component.filter(|&component| *is_readable(db, project, component));
         let Some(core) = component.and_then(|it| core_of(db, project, it)) else { return true };
-        let nothing = Assumption::new(db, Vec::new(), Vec::new(), Vec::new(), false, false);
-        let passages = passages_of(db, project, core, nothing);
+        let passages = passages_of(db, project, core, Assumption::nothing(db));
         let accesses = if is_write { &passages.writes } else { &passages.reads };
         accesses.iter().any(|(name, _)| name == port)
     }

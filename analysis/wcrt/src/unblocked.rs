@@ -95,8 +95,7 @@ impl<'db> Attempt<'_, 'db> {
                 let all = &passages_of(db, project, self.core, assumption).all;
                 all.iter().find(|it| [&it.from, &it.to] == [&self.step.passage[0], &self.step.passage[1]])
             };
-            let found =
-                [(false, false), (true, false), (false, true), (true, true)].into_iter().find_map(passes)?;
+            let found = Assumption::CARRIERS.into_iter().find_map(passes)?;
             match block(found, self.keeps) {
                 None => return Some(self),
                 Some(PassageBlock::States(blocking)) => {

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use crate::ModelDb;
 use crate::cost::CostGraph;
 use crate::item_tree::{Name, SourceId};
 use crate::program_id::ProgramId;
@@ -28,6 +29,17 @@ pub struct Assumption<'db> {
     /// led to its state.
     #[returns(copy)]
     pub decides: bool,
+}
+
+impl<'db> Assumption<'db> {
+    /// What carries data beside values, as [`Assumption::through_handles`] and [`Assumption::decides`], in the order in which the ways
+    /// of a declared chain are tried.
+    pub const CARRIERS: [(bool, bool); 4] = [(false, false), (true, false), (false, true), (true, true)];
+
+    /// Returns that nothing is assumed, and that only values carry data.
+    pub fn nothing(db: &'db dyn ModelDb) -> Assumption<'db> {
+        Assumption::new(db, Vec::new(), Vec::new(), Vec::new(), false, false)
+    }
 }
 
 /// Where data enters or leaves a core.

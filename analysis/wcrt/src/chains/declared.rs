@@ -34,8 +34,7 @@ pub(super) fn declared_chains<'db>(
     let budget = Cell::new(MOST_TRIES);
     for (index, chain) in config_of(db, workspace).chains.iter().enumerate() {
         // Data may be in a device, or a library, on its way, or decide what is written.
-        let carriers = [(false, false), (true, false), (false, true), (true, true)];
-        let way = carriers.into_iter().try_fold(None, |_, carriers| {
+        let way = Assumption::CARRIERS.into_iter().try_fold(None, |_, carriers| {
             let resolver = ChainResolver::new(db, project, architecture, chain, carriers);
             match resolver.way(&budget) {
                 Err(found @ (_, ChainProblem::NotConnected { .. } | ChainProblem::NotPassed { .. })) => {

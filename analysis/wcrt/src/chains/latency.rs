@@ -109,7 +109,7 @@ fn ways_of<'db>(
 }
 
 fn network_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, architecture: Decl<'db>) -> Network<'db> {
-    let nothing = |_: &Name, _| Assumption::new(db, Vec::new(), Vec::new(), Vec::new(), false, false);
+    let nothing = |_: &Name, _| Assumption::nothing(db);
     Network::new(db, project, flat_of(db, project, architecture), nothing)
 }
 
@@ -331,8 +331,9 @@ impl<'db> Sums<'db> {
                 part: parts.next().copied().unwrap_or_default(),
             }
         };
+        let steps: Vec<ChainStepReport<'db>> = stages.iter().zip(&steps).map(report).collect();
         // Data that decides nothing may leave an old decision there.
-        let decides = way.steps.iter().any(|step| self.decides(step));
+        let decides = steps.iter().any(|step| step.decides);
         ChainReport {
             name: way.name.clone(),
             declared: None,
@@ -340,7 +341,7 @@ impl<'db> Sums<'db> {
             latency: found.as_ref().map(|it| it.latency),
             age_at_write: found.as_ref().filter(|_| !decides).and_then(|it| it.age_at_write),
             limit: None,
-            steps: stages.iter().zip(&steps).map(report).collect(),
+            steps,
             overwritten: way.steps.last().and_then(|step| self.overwritten(step)),
             reasons,
         }
@@ -349,9 +350,12 @@ impl<'db> Sums<'db> {
     /// Returns whether data only decides what a step writes.
     fn decides(&self, step: &WayStep<'db>) -> bool {
         let of = step.assumption;
+        if !of.decides(self.db) {
+            return false;
+        }
         let component = self.flat.instances.get(step.instance).and_then(|it| it.component);
         let core = component.and_then(|it| core_of(self.db, self.project, it));
-        let Some(core) = core.filter(|_| of.decides(self.db)) else { return false };
+        let Some(core) = core else { return false };
         let [states, new_data] = [of.states(self.db), of.new_data(self.db)].map(Clone::clone);
         let answers = of.answers(self.db).clone();
         let values = Assumption::new(self.db, states, answers, new_data, of.through_handles(self.db), false);
@@ -623,7 +627,7 @@ impl<'db> Sums<'db> {
     /// Returns the writer of a port whose data releases an activity; none where the time to its next write has no bound.
     fn trigger_writer(&mut self, (connection, link): (usize, &'db Link<'db>)) -> Option<TriggerWriter> {
         let instance = self.flat.instances.iter().position(|it| it.name == link.source.0)?;
-        let nothing = Assumption::new(self.db, Vec::new(), Vec::new(), Vec::new(), false, false);
+        let nothing = Assumption::nothing(self.db);
         let end = PassageEnd::Port(link.source.1.clone());
         let writer = WayStep {
             instance,

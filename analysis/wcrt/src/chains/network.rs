@@ -70,7 +70,7 @@ impl<'db> Network<'db> {
         flat: &'db Flat<'db>,
         assumption: impl Fn(&Name, Decl<'db>) -> Assumption<'db>,
     ) -> Network<'db> {
-        let nothing = Assumption::new(db, Vec::new(), Vec::new(), Vec::new(), false, false);
+        let nothing = Assumption::nothing(db);
         let node = |name: &Name, component: Option<Decl<'db>>| {
             let known = component.filter(|&component| *is_readable(db, project, component));
             let core = known.and_then(|component| core_of(db, project, component));
@@ -146,7 +146,7 @@ impl<'db> Network<'db> {
         ends: [PassageEnd<'db>; 2],
         passages: Vec<usize>,
     ) -> WayStep<'db> {
-        let nothing = || Assumption::new(self.db, Vec::new(), Vec::new(), Vec::new(), false, false);
+        let nothing = || Assumption::nothing(self.db);
         let assumption = self.nodes.get(instance).map_or_else(nothing, |node| node.assumption);
         WayStep { instance, connection, ends, passages, assumption }
     }
