@@ -720,8 +720,8 @@ statemachine {
   state Driving { transition arrived if drive(way) to Asking }
 }";
 
-/// A job of `planner` executes the call that was pending, and those that are sent in 500 ms and in the response time of `pilot`: by at
-/// most 11 jobs of 50 ms, of which each third one sends, 4. So 5 calls, 300 ms.
+/// A job of `planner` executes the call that was pending, and those that are sent in 500 ms and in the response time of `pilot`. `pilot`
+/// has at most 11 jobs in that time, and each third job sends a call: 4 calls. So `planner` executes 5 calls of 60 ms, 300 ms.
 #[test]
 fn a_call_that_waits_for_the_last_one() {
     assert_eq!(planner(ASKING, 50), "met 300 ms");
@@ -784,7 +784,7 @@ fn a_call_that_may_not_wait_for_the_last_one() {
         ("", "if collect(h, way) == not_ready then { h = send(plan, 1); } else { }"),
         ("", "if collect(g, way) != not_ready then { h = send(plan, 1); } else { }"),
         ("", "if collect(h, way) != not_ready || drive(way) then { h = send(plan, 1); } else { }"),
-        // One without a handler, one of an operation, and a handler that gets the call of another one.
+        // A call without a handler, a call that an operation sends, and a handler to which another handler is assigned.
         (
             "",
             "if collect(h, way) != not_ready then { h = send(plan, 1); } else { if drive(way) then { send(plan, 1); } else { } }",

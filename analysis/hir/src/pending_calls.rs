@@ -28,7 +28,8 @@ use crate::structure::structure_of;
 const NOT_READY: u8 = 1;
 
 /// Returns the greatest number of calls to each required operation that are pending at any instant between a start and a stop of a
-/// component, where its programs bound it: the number of handlers, each of which sends only when its last call has ended.
+/// component. It has a bound where the programs send with each handler only after the last call of this handler has ended: the number
+/// of the handlers.
 #[salsa::tracked(returns(ref))]
 pub fn pending_calls_of<'db>(
     db: &'db dyn ModelDb,

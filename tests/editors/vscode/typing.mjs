@@ -1,5 +1,5 @@
 // What the workbench shows while an activity, a program and a table are typed, looked at in every frame: no activity may lose
-// its figure, each has one before its line is typed, and nothing may move. Also measures how long a figure takes to follow a key.
+// its figure, each has one when its line is complete, and nothing may move. Also measures how long a figure takes to follow a key.
 
 /** Types text as a person does: 8 keys a second. */
 const PAUSE = 125;

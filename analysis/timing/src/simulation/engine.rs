@@ -219,7 +219,7 @@ struct Engine<'a> {
     length: u64,
     now: u64,
     threads: Vec<SimulatedThread>,
-    /// For each operation its provider, if that is simulated, and the execution time of a call.
+    /// For each operation its provider, if that is simulated, the execution time of a call, and the most calls that are pending.
     operations: Vec<(Option<usize>, u64, Option<u64>)>,
     locks: Vec<EngineLock>,
     cpus: Vec<EngineCpu>,
