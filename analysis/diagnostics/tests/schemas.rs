@@ -557,7 +557,7 @@ fn example() -> Value {
             { "name": "c", "priority": "background", "time": 5, "wait": 3, "waits": 1 },
         ],
         "other": [{ "name": "lan", "cpus": 2, "priority": 50, "period": 100, "jitter": 0, "time": 5 }],
-        "operation": [{ "name": "plan", "provider": "a", "client": "b", "sends": 2, "every": 3, "pending": 1, "time": [3, 4], "waits": false }],
+        "operation": [{ "name": "plan", "provider": "a", "client": "b", "sends": 2, "every": 3, "starting": 2, "pending": 1, "time": [3, 4], "waits": false }],
         "lock": [{ "name": "bus", "protocol": "ceiling", "user": [{ "task": "a", "held": [1, 2] }, { "task": "c" }] }],
     })
 }

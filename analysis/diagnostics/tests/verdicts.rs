@@ -744,6 +744,15 @@ fn a_call_that_waits_for_the_last_one() {
           }
         }";
     assert_eq!(planner(entry, 100), "met 420 ms");
+    // Sent at the start only, without a wait for its end: one call, once, and 11 jobs that send none.
+    let once = "provide halt() = { }
+        statemachine {
+          initial state First { entry = { send(plan, 1); } transition on if drive(way) to Driving }
+          state Driving { transition arrived if drive(way) to Driving }
+        }";
+    assert_eq!(planner(once, 50), "met 60 ms");
+    let hook = "provide halt() = { } start = { send(plan, 1); send(plan, 2); return true; } update = { drive(way); }";
+    assert_eq!(planner(hook, 50), "met 120 ms");
     for update in [
         "if collect(h, way) != not_ready then { h = send(plan, 1); } else { }",
         "if not_ready == collect(h, way) then { } else { h = send(plan, 1); }",

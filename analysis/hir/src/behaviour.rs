@@ -39,6 +39,8 @@ pub struct Behaviour<'db> {
     pub edges: Arc<Edges>,
     /// The programs that the edges execute.
     pub programs: Vec<TimedProgram<'db>>,
+    /// What a component executes when it is configured and when it starts, before the first period.
+    pub starting: Vec<Arc<CostGraph<'db>>>,
     /// The operations that the core defines.
     pub operations: Vec<TimedProgram<'db>>,
     /// The operations in topological order, callees first.
@@ -352,12 +354,17 @@ impl<'db> BehaviourContext<'db> {
 
     /// Checks the hooks that no period executes. Their cost does not count, but a syntax error in a hook may hide programs that
     /// a period executes.
+    /// Adds the hooks, and the `entry` of the initial state.
     fn hooks(&mut self) {
         for (index, (kind, _)) in self.core.hooks.iter().enumerate() {
             if *kind != HookKind::Update {
-                self.cost((BodyId::Hook(index as u32), ProgramIn::Whole));
+                let cost = self.cost((BodyId::Hook(index as u32), ProgramIn::Whole));
+                let is_starting = matches!(kind, HookKind::Configure | HookKind::Start);
+                self.found.starting.extend(is_starting.then_some(cost));
             }
         }
+        let entry = self.core.initial_entry().and_then(|(body, program)| self.groups.cost(body, program));
+        self.found.starting.extend(entry.map(|it| it.cost.clone()));
     }
 
     fn operations(&mut self) {

@@ -87,6 +87,7 @@ impl Tasks {
                 "sends": of.sends,
                 "every": of.every,
                 "pending": of.pending,
+                "starting": of.starting,
                 "time": of.time.as_nanos(),
                 "calls": calls,
             })

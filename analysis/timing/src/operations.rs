@@ -20,7 +20,8 @@ const MOST_ROUNDS: u32 = 32;
 /// theirs: all of them are delayed by what it executes.
 ///
 /// If at most q calls are pending at any instant, since the client sends no more until one has been executed, what the provider
-/// executes in t was pending when the window began, or is sent in t: q + the calls of n·Tp + Rc, whatever Rp is. The less counts.
+/// executes in t was pending when the window began, or is sent in t: q + the calls of n·Tp + Rc, whatever Rp is. (Nothing is pending
+/// before the start, and q at most just after it.) The less counts.
 ///
 /// The response times R depend on the numbers of calls, and these on R. Every fixed point is sound: suppose that all jobs up to
 /// some instant keep to R; then the calls of that time are counted, and the next job keeps to R too. The least fixed point is
@@ -94,7 +95,7 @@ pub(crate) fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>
                 sends.checked_mul(jobs.div_ceil(operation.every.max(1)))
             };
             let of_provider = of_thread(provider).unwrap_or(response(operation.provider));
-            let sent = of_provider.and_then(|it| sent_in(least.checked_add(it)?));
+            let sent = of_provider.and_then(|it| sent_in(least.checked_add(it)?)?.checked_add(operation.starting));
             let pending = operation.pending.and_then(|it| it.checked_add(sent_in(least)?));
             sent.into_iter().chain(pending).min()
         };

@@ -199,6 +199,9 @@ pub struct OperationEntry {
     /// The number of the operation that sends the calls, an earlier one that the client executes, from 0; none for a job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub during: Option<usize>,
+    /// The greatest number of calls that the client sends when it starts, before its first job.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub starting: Option<u64>,
     /// The execution time of one call, with its waits.
     pub time: Numbers,
     /// Whether the provider waits while it executes a call.

@@ -14,6 +14,8 @@ pub struct TaskOperation {
     pub sends: u64,
     /// So many successive jobs of the client send no more calls than one; 0 and 1 are the same.
     pub every: u64,
+    /// The greatest number of calls that the client sends when it starts, before its first job.
+    pub starting: u64,
     /// The greatest number of these calls that have been sent and not executed, if the client bounds it.
     pub pending: Option<u64>,
     /// The execution time of one call, with its waits: see [`Task::waiting_in_calls`].

@@ -87,8 +87,8 @@ pub(crate) struct CertifiedLock {
     pub(crate) users: Vec<(usize, Option<u64>)>,
 }
 
-/// Each `every` successive jobs of the client send so many calls, which the provider executes for `time` each; so many are pending
-/// at most.
+/// Each `every` successive jobs of the client send so many calls, and its start `starting`, which the provider executes for `time` each;
+/// so many are pending at most.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CertifiedOperation {
@@ -101,6 +101,8 @@ pub(crate) struct CertifiedOperation {
     pub(crate) pending: Option<u64>,
     pub(crate) time: u64,
     /// Counted in each job of the provider; none if unknown.
+    pub(crate) starting: u64,
+    #[serde(default)]
     pub(crate) calls: Option<u64>,
 }
 

@@ -127,7 +127,7 @@ impl<'c> CheckedTasks<'c> {
         for it in &provider.thread {
             of_thread = of_thread.max(self.response(*it)?);
         }
-        let least = sent_in(own.saturating_add(of_thread.into()));
+        let least = sent_in(own.saturating_add(of_thread.into())).saturating_add(of.starting.into());
         match u128::from(calls) >= least {
             true => Ok(()),
             false => Err(format!("{what}: {calls} for each job, but {least} may be sent")),

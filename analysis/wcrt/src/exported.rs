@@ -132,6 +132,7 @@ fn operations_of(system: &System<'_>, served: &[Served<'_>]) -> Vec<OperationEnt
                     client: instance(operation.client),
                     sends: operation.sends,
                     every: Some(operation.every).filter(|every| *every > 1),
+                    starting: Some(operation.starting).filter(|starting| *starting > 0),
                     pending: operation.pending,
                     during,
                     time: Numbers::One(Number::Whole(0)),

@@ -17,6 +17,8 @@ pub(crate) struct SentCalls {
     pub(crate) most: u64,
     /// So many successive jobs send no more, at least.
     pub(crate) every: u64,
+    /// The greatest number that the component sends when it is configured and started.
+    pub(crate) starting: u64,
     /// The greatest number that are pending, if the programs bound it.
     pub(crate) pending: Option<u64>,
 }
@@ -30,15 +32,18 @@ pub(crate) fn sends_of<'db>(
 ) -> FxHashMap<Name, SentCalls> {
     let Some(core) = core_of(db, project, component) else { return FxHashMap::default() };
     let behaviour = behaviour_of(db, project, core);
-    let costs = behaviour.programs.iter().chain(&behaviour.operations).map(|program| &*program.cost);
+    let programs = behaviour.programs.iter().chain(&behaviour.operations).map(|program| &program.cost);
+    let costs = programs.chain(&behaviour.starting);
     let mut sends: FxHashMap<Name, SentCalls> = FxHashMap::default();
-    for name in costs.flat_map(CostGraph::sends).collect::<BTreeSet<_>>() {
+    for name in costs.flat_map(|it| it.sends()).collect::<BTreeSet<_>>() {
         let of_operations = calls_of_operations(behaviour, name);
         let product = product_of(db, project, core);
         let counts = fold(&product.costs, |part, known| calls_in(part, known, name, &of_operations));
         let (most, every) = most_sent(product, &counts);
+        let starting = behaviour.starting.iter().map(|cost| calls(cost, name, &of_operations));
+        let starting = starting.fold(0, u64::saturating_add);
         let pending = pending_calls_of(db, project, core).get(name).copied();
-        sends.insert(name.clone(), SentCalls { most, every, pending });
+        sends.insert(name.clone(), SentCalls { most, every, starting, pending });
     }
     sends
 }

@@ -143,7 +143,7 @@ pub(crate) fn served_in<'db>(
                 refusals.into_iter().for_each(|refusal| found.add(connected.provider, refusal));
                 None
             }
-            (Some(SentCalls { most: sends, every, pending }), Ok(time)) => {
+            (Some(SentCalls { most: sends, every, starting, pending }), Ok(time)) => {
                 found.connections.push(connected.clone());
                 let (provider, client) = (connected.provider, connected.client);
                 found.operations.push(TaskOperation {
@@ -151,6 +151,7 @@ pub(crate) fn served_in<'db>(
                     client,
                     sends,
                     every,
+                    starting,
                     pending,
                     time,
                     during,

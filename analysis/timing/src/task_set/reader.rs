@@ -246,6 +246,7 @@ impl<'a> TaskSetReader<'a> {
             pending: entry.pending,
             time: self.time_at("time", &entry.time)?.ok_or(missing)?,
             during: entry.during,
+            starting: entry.starting.unwrap_or_default(),
         })
     }
 
