@@ -346,6 +346,13 @@ fn lock(why: &LockReason) -> ReasonWords {
                 "lock unbounded",
             )
         }
+        LockReason::NotPreempted { holder } => (
+            format!(
+                "`{holder}` of lower priority is not preempted, and how long or how often it delays this activity is unknown: give its \
+                 codels times, let it wait for nothing, and run both on one CPU"
+            ),
+            "not preempted",
+        ),
         LockReason::UnknownWaits { lock, waiting } => (
             format!(
                 "while `{waiting}` waits, a lower priority may take the lock `{lock}` again, and how often it waits is unknown: \

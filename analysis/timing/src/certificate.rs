@@ -2,7 +2,8 @@
 //!
 //! A certificate has the task set, and a claim for each response time: for each job of a busy window that begins at any instant, a time at
 //! which it has ended for sure. The claims are those of [`Method::Ibf`] on one CPU, with waits that count as execution: a checker cannot
-//! follow a search over combinations of paths, and it knows no clocks. A response time that is more by that method may still be
+//! follow a search over combinations of paths, and it knows no clocks; nor does it know in which order a thread executes jobs of several
+//! periods, or when a job begins. A response time that is more by that method may still be
 //! within its deadline.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,7 +15,7 @@ use crate::lane::JobCounts;
 use crate::operations::counts;
 use crate::response_time::Lanes;
 use crate::trace_bound::Recurrence;
-use crate::{Bound, CpuRule, Method, Options, Priority, SetAnalysis, StateMachine, TaskKind, Tasks, Time};
+use crate::{Bound, CpuRule, Method, Options, Order, Priority, SetAnalysis, StateMachine, TaskKind, Tasks, Time};
 
 /// The most jobs in the window of a claim.
 const MOST_JOBS: usize = 1 << 14;
@@ -86,8 +87,8 @@ impl Tasks {
                 "client": of.client,
                 "sends": of.sends,
                 "every": of.every,
-                "pending": of.pending,
                 "starting": of.starting,
+                "pending": of.pending,
                 "time": of.time.as_nanos(),
                 "calls": calls,
             })
@@ -133,7 +134,8 @@ impl Tasks {
             "burst": task.burst(),
             "sporadic": task.is_sporadic,
             "throttling": task.is_throttling,
-            "thread": task.thread,
+            "thread": task.thread.filter(|_| task.order == Order::List),
+            "not_preempted": task.is_not_preempted,
             "cpus": task.cpus.map(|cpus| cpus.iter().collect::<Vec<u32>>()),
             "machine": machine,
         })

@@ -28,7 +28,7 @@ use std::collections::BTreeSet;
 use crate::lane::LaneMember;
 use crate::response_time::{Lanes, better};
 use crate::{
-    Bound, CpuRule, CpuSet, Interference, Method, NoBoundReason, Priority, Response, Task, Time, Window,
+    Bound, Counted, CpuRule, CpuSet, Interference, Method, NoBoundReason, Priority, Response, Task, Time, Window,
 };
 
 /// The budget of all tasks, shared equally, in visited members of hp(i).
@@ -149,6 +149,7 @@ impl<'a> Lanes<'a> {
             delay: Time::ZERO,
             iterations: if Some(time) > global.members[own].task.deadline { iterations } else { Vec::new() },
             blocking: Time::ZERO,
+            counted: Counted::Whole,
             late: late.collect(),
         };
         let method = global.method;

@@ -176,6 +176,12 @@ impl<'a> LaneMember<'a> {
         bursts.checked_mul(self.burst).ok_or(NoBoundReason::Overflow)
     }
 
+    /// Returns the earliest instant after `instant` at which one more job may be released, in a window that begins at any instant.
+    pub(crate) fn next_release_after(&self, instant: u64) -> Option<u64> {
+        let bursts = (instant.checked_add(1)?.checked_add(self.jitter)?).div_ceil(self.period);
+        bursts.checked_mul(self.period)?.checked_sub(self.jitter)
+    }
+
     /// Returns the number of jobs that execute in a `window` if each of them ends within `response`, and for how long they do, if
     /// none executes for more than `most`. In n jobs, the first and the last one together have the part of the window and
     /// `response` that is not between the releases of these: so have n − 1, with T more.

@@ -5,7 +5,7 @@ use std::cmp::{Ordering, Reverse};
 use crate::exact;
 use crate::lane::{BusyJob, BusyWindow, JobCounts, Lane, LaneMember, least_common_multiple};
 use crate::utilisation::TaskShare;
-use crate::{Bound, CpuRule, Method, NoBoundReason, Response, Time, Utilisation, Window};
+use crate::{Bound, Counted, CpuRule, Method, NoBoundReason, Response, Time, Utilisation, Window};
 
 /// The budget of one task, in members of hp(i) that are visited.
 const BUDGET: u64 = 1 << 23;
@@ -221,7 +221,7 @@ impl<'a> Lane<'_, 'a> {
         loads
     }
 
-    fn budget(&self) -> u64 {
+    pub(crate) fn budget(&self) -> u64 {
         let members = (self.members.len() as u64).max(1);
         let of_all = if self.options.is_brief { BRIEF_BUDGET_OF_ALL } else { BUDGET_OF_ALL };
         (of_all / self.members_of_all.max(members) / self.starts).max(FEWEST_PASSES * members).min(BUDGET)
@@ -522,6 +522,7 @@ impl<'a> Lane<'_, 'a> {
             delay,
             iterations: iterations.unwrap_or_default(),
             blocking: Time::from_nanos(self.blocking(place, job, length).unwrap_or_default()),
+            counted: Counted::Whole,
             late: self.late_members(place),
         });
     }

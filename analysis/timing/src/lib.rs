@@ -43,6 +43,8 @@
 //! | `waits.rs` | waits as jitter |
 //! | `lock.rs` | [`Lock`]: its users, and what it may do to a task |
 //! | `locks.rs` | for how long lower priorities delay the users of locks |
+//! | `queue.rs` | threads that execute jobs in the order of their releases |
+//! | `not_preempted.rs` | jobs that are not preempted once they have begun |
 //! | `operations.rs` | the calls of operations that jobs execute for others |
 //! | `tasks.rs` | [`Tasks`]: what a deployment runs at one level |
 //! | `set_analysis.rs` | [`SetAnalysis`]: its response times |
@@ -75,9 +77,11 @@ mod locks;
 mod longest_way;
 mod machine;
 mod observed;
+mod not_preempted;
 mod operations;
 mod paths;
 mod published;
+mod queue;
 mod response_time;
 mod set_analysis;
 mod simulation;
@@ -129,8 +133,8 @@ pub use table::{
     extrapolated_from, keys as table_keys,
 };
 pub use task::{
-    Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Priority,
-    Response, Status, Task, Waits, Window,
+    Analysis, Bound, Counted, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Order,
+    Priority, Response, Status, Task, Waits, Window,
 };
 pub use tasks::{THROTTLING, TaskKind, TaskOperation, Tasks, name_of_other};
 pub use time::{Rounding, Time, TimeError, Unit};

@@ -95,6 +95,11 @@ pub enum Blocking {
         /// The task that waits.
         waiting: usize,
     },
+    /// The jobs of this task of lower priority are not preempted, and how long or how often they delay the task is unknown.
+    NotPreempted {
+        /// The task of lower priority.
+        holder: usize,
+    },
 }
 
 impl Blocking {

@@ -17,6 +17,8 @@
 //! When a job leaves a lock, the job that has the CPU may take it, before one of lower priority that waits for it. (Linux lets a
 //! higher priority take it first.)
 //!
+//! A job that is not preempted is one within a lock of its own with the highest ceiling, from its begin to its end.
+//!
 //! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority
 //! may take a lock again: see `Lane::blocking`.
 //!
@@ -29,8 +31,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::not_preempted::HIGHEST;
 use crate::response_time::linked_cpus;
-use crate::{Blocking, CpuSet, Demand, Lock, LockUser, Priority, Protocol, Task, Tasks, Time};
+use crate::{Blocking, CpuSet, Demand, Lock, LockUser, Method, Priority, Protocol, Task, Tasks, Time};
 
 /// Σ over the locks, and Σ over the tasks, of the greatest time for which jobs hold a lock.
 struct HeldTimes {
@@ -61,30 +64,43 @@ struct SharedLock<'a> {
     cpus: Option<CpuSet>,
     /// The highest priority of a user.
     highest: Option<Priority>,
+    /// The task whose jobs are within this lock from begin to end.
+    whole_job_of: Option<usize>,
 }
 
 impl Tasks {
     /// Returns the tasks, each with its [`Task::blocking`], and what the locks do to each of them. A task that cannot be bounded
     /// has unknown demand.
     pub(crate) fn with_blocking(self) -> (Vec<Task>, Vec<Blocking>) {
-        if self.locks.is_empty() {
+        let of_jobs = self.locks_of_jobs();
+        if self.locks.is_empty() && of_jobs.is_empty() {
             return (self.all, Vec::new());
         }
         let raised = self.raised();
         let linked = linked_cpus(&raised);
         let unknown = self.unknown_holders();
-        let locks: Vec<SharedLock<'_>> = self.locks.iter().map(|it| self.shared(it)).collect();
+        let whole_jobs = of_jobs.iter().map(|(task, lock)| SharedLock {
+            highest: Some(HIGHEST),
+            whole_job_of: Some(*task),
+            ..self.shared(lock)
+        });
+        let locks: Vec<SharedLock<'_>> =
+            self.locks.iter().map(|it| self.shared(it)).chain(whole_jobs).collect();
         let mut of_tasks: Vec<Vec<usize>> = vec![Vec::new(); raised.len()];
         for (lock, Lock { users, .. }) in self.locks.iter().enumerate().filter(|(_, it)| it.users.len() > 1) {
             for user in users {
                 of_tasks.get_mut(user.task).into_iter().for_each(|it| it.push(lock));
             }
         }
-        let of_tasks = of_tasks.iter().enumerate();
+        let numbered = of_tasks.iter().enumerate();
         let found =
-            of_tasks.map(|(of, its)| self.blocking_of(of, its, linked[of], &raised, &unknown, &locks));
+            numbered.map(|(of, its)| self.blocking_of(of, its, linked[of], &raised, &unknown, &locks));
         let found: Vec<Blocking> = found.collect();
         let mut tasks = raised;
+        // A job that waits for a lock is delayed after its begin.
+        for (task, its) in tasks.iter_mut().zip(&of_tasks) {
+            task.is_not_preempted &= its.is_empty();
+        }
         for (task, blocking) in tasks.iter_mut().zip(&found) {
             match blocking {
                 Blocking::Time(time, in_background) => {
@@ -94,6 +110,19 @@ impl Tasks {
             }
         }
         (tasks, found)
+    }
+
+    /// Returns the tasks whose jobs are not preempted, each with the lock that its jobs are within.
+    pub(crate) fn locks_of_jobs(&self) -> Vec<(usize, Lock)> {
+        let all = self.all.iter().enumerate();
+        let is_it = |task: &Task| task.is_not_preempted && task.priority != Priority::Background;
+        let lock = |(index, task): (usize, &Task)| {
+            // While a job waits, others execute, and it delays them again when it goes on.
+            let held = task.demand.own(Method::Classic).filter(|_| task.waits.is_none());
+            let users = vec![LockUser { task: index, held }];
+            (index, Lock { name: task.name.clone(), protocol: Protocol::Ceiling, users })
+        };
+        all.filter(|(_, task)| is_it(task)).map(lock).collect()
     }
 
     /// Returns the locks whose users may hold them for an unknown time, each with the task for which that is so.
@@ -131,8 +160,8 @@ impl Tasks {
             for (index, task) in raised.iter_mut().enumerate() {
                 // With the tasks of their threads.
                 let is_it = |user: &LockUser| {
-                    user.task == index
-                        || self.all.get(user.task).is_some_and(|it| it.is_mate(&self.all[index]))
+                    let of_thread = |it: &Task| it.is_mate(&self.all[index]) || it.is_queued_with(&self.all[index]);
+                    user.task == index || self.all.get(user.task).is_some_and(of_thread)
                 };
                 if users.iter().any(is_it) {
                     task.priority = highest.max(task.priority);
@@ -183,10 +212,14 @@ impl Tasks {
         // With a ceiling: the greatest. Otherwise by lock, and by task.
         let sums = || HeldTimes { of_locks: 0, of_lock: 0, of_tasks: vec![0; self.all.len()] };
         let (mut of_ceilings, mut others, mut in_background) = (0, sums(), sums());
-        let mut first_lock = None;
+        let (mut first_lock, mut first_job) = (None, None);
         let unraised = self.least_unraised(task, locks);
         for (lock, shared) in locks.iter().enumerate() {
             let Lock { protocol, users, .. } = shared.lock;
+            let is_unbounded = shared.whole_job_of.filter(|_| shared.cpus.is_none());
+            if let Some(holder) = is_unbounded.filter(|it| *it != of && self.meets(*it, task)) {
+                return Blocking::NotPreempted { holder };
+            }
             // Locks that are used on other CPUs, or on several, where nothing is analysed.
             let Some(cpus) = shared.cpus.filter(|cpus| cpus.meets(task.cpus())) else { continue };
             let below = match shared.highest >= Some(task.priority) {
@@ -198,7 +231,11 @@ impl Tasks {
                 },
             };
             for &LockUser { task: holder, held } in users.iter().filter(|it| self.is_below(it.task, below)) {
-                if linked.is_some() || !(task.cpus() - cpus).is_empty() {
+                let migrates = linked.is_some() || !(task.cpus() - cpus).is_empty();
+                if shared.whole_job_of.is_some() && (migrates || held.is_none()) {
+                    return Blocking::NotPreempted { holder };
+                }
+                if migrates {
                     return Blocking::Migrates { lock };
                 }
                 let held = match (unknown.get(&lock), held) {
@@ -208,7 +245,10 @@ impl Tasks {
                         return Blocking::UnknownTime { lock, holder, because };
                     }
                 };
-                first_lock = first_lock.or(Some(lock).filter(|_| held > 0));
+                match shared.whole_job_of {
+                    Some(holder) => first_job = first_job.or(Some(holder)),
+                    None => first_lock = first_lock.or(Some(lock).filter(|_| held > 0)),
+                }
                 if self.is_in_background(holder) {
                     in_background.add(holder, held);
                 }
@@ -227,8 +267,9 @@ impl Tasks {
             interferes(other) && other.waits.as_ref().is_some_and(|waits| waits.times.is_none())
         };
         let mut waiting = std::iter::once(of).chain(0..self.all.len());
-        match (first_lock, waiting.find(|&it| self.all.get(it).is_some_and(waits_often))) {
-            (Some(lock), Some(waiting)) => Blocking::UnknownWaits { lock, waiting },
+        match (waiting.find(|&it| self.all.get(it).is_some_and(waits_often)), first_lock, first_job) {
+            (Some(waiting), Some(lock), _) => Blocking::UnknownWaits { lock, waiting },
+            (Some(_), None, Some(holder)) => Blocking::NotPreempted { holder },
             _ => Blocking::Time(Time::from_nanos(blocking), Time::from_nanos(in_background)),
         }
     }
@@ -251,7 +292,12 @@ impl Tasks {
 
     fn shared<'a>(&self, lock: &'a Lock) -> SharedLock<'a> {
         let priorities = lock.users.iter().filter_map(|user| Some(self.all.get(user.task)?.priority));
-        SharedLock { lock, cpus: self.cpus_of(&lock.users), highest: priorities.max() }
+        let highest = priorities.max();
+        SharedLock { lock, cpus: self.cpus_of(&lock.users), highest, whole_job_of: None }
+    }
+
+    fn meets(&self, other: usize, task: &Task) -> bool {
+        self.all.get(other).is_some_and(|other| other.cpus().meets(task.cpus()))
     }
 
     /// Returns the CPU that all users of a lock run on; `None` if they are several, or unknown.
@@ -281,7 +327,7 @@ impl Tasks {
             // Throttling delays all, and so is no more between than any other task of higher priority.
             let is_other = index != of && index != holder && !it.is_throttling;
             // The thread of the holder executes no other job before that of the holder.
-            let is_other = is_other && !held_by.is_mate(it);
+            let is_other = is_other && !held_by.is_mate(it) && !held_by.is_queued_with(it);
             is_other && is_in && is_below && it.cpus().meets(held_by.cpus())
         };
         let between: Vec<usize> =

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{Blocking, Bound, Demand, Method, Options, Priority, Task, Tasks, Time, Waits, response_times};
+use crate::{Blocking, Bound, Demand, Method, Options, Order, Priority, Task, Tasks, Time, Waits, response_times};
 
 /// The maximum number of iterations, before and after the providers whose numbers of calls still grow count as unknown.
 const MOST_ROUNDS: u32 = 32;
@@ -16,7 +16,7 @@ const MOST_ROUNDS: u32 = 32;
 /// the client send in n·Tp + Rp. This is enough: *at the next job*, the n jobs execute what was sent between the start of the job
 /// before the window and that of the last one, less than n·Tp + Rp apart; *at once*, nothing waits when the window begins, so
 /// they execute what is sent in t. With bursts of b jobs, the client has b times as many jobs in each Tc; if each m successive ones
-/// send k calls at most, j of them send k · ⌈j/m⌉. Where the provider is one of several tasks of a thread, Rp is the greatest of
+/// send k calls at most, j of them send k · ⌈j/m⌉. What the client sends when it starts is added once. Where the provider is one of several tasks of a thread, Rp is the greatest of
 /// theirs: all of them are delayed by what it executes.
 ///
 /// If at most q calls are pending at any instant, since the client sends no more until one has been executed, what the provider
@@ -83,7 +83,9 @@ pub(crate) fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>
         };
         let count = || {
             // Calls wait for its next job: without a clock, for ever, and any number of them.
-            let provider = set.all.get(operation.provider).filter(|provider| provider.is_periodic())?;
+            // In a thread whose tasks have releases of their own, other jobs come before a call.
+            let of = set.all.get(operation.provider)?;
+            let provider = Some(of).filter(|it| it.is_periodic() && it.order == Order::List)?;
             let sends = match operation.during {
                 Some(during) => operation.sends.checked_mul(counts.get(during).copied().flatten()?)?,
                 None => operation.sends,

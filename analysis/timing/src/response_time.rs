@@ -70,6 +70,8 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
         let mut lane = lanes.lane(plan);
         let mut found = lane.analyse(|member| wanted.binary_search(&member.index).is_ok());
         lane.synchronise(&mut found);
+        lane.queue_in_order(&mut found);
+        lane.begin_once(&mut found);
         lane.count_waits_as_jitter(&mut found);
         for found in found {
             let of_task = &mut best[found.task];

@@ -9,9 +9,11 @@
 //!   ([`SimulationOptions::simultaneous`]); each is late by a random time up to the jitter, and their order is kept. A sporadic
 //!   task is released at random distances, often the least ones.
 //! - **Jobs**: a job takes a random edge of its state, and a random part of the cost of that edge. Late jobs queue: each starts
-//!   after the end of the earlier one. A thread of several tasks executes a job of each in a period, one after another.
+//!   after the end of the earlier one. A thread of several tasks executes a job of each in a period, one after another; or, with
+//!   another [`Order`](crate::Order), the job that was released first, or any.
 //! - **Scheduling**: as `SCHED_FIFO` does. A ready activity never waits while a CPU of its mask is idle or executes an activity
 //!   of lower priority. Activities of equal priority do not preempt each other. An activity keeps its CPU where it can.
+//! - **Not preempted**: from the instant at which it first has a CPU, such a job has the highest priority.
 //! - **Operations**: a job of the client sends a random number of calls, up to [`TaskOperation::sends`](crate::TaskOperation::sends),
 //!   at random instants of its execution. [`Calls`] says when the provider executes them.
 //! - **Waits**: a job waits at random instants of its execution, in all for a random part of the wait of its edge; nothing in the

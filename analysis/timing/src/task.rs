@@ -26,6 +26,19 @@ impl Priority {
     }
 }
 
+/// In which order a thread executes the jobs of several tasks.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Order {
+    /// A job of each in each period, in the order of the tasks, which are released together.
+    #[default]
+    List,
+    /// Those that are released first: a queue. Its tasks have releases of their own.
+    Fifo,
+    /// Any order in which the thread never idles while a job is released. Its tasks have releases of their own.
+    Any,
+}
+
 /// A periodic task: an activity of a deployment, or what delays the activities. What is unknown is analysed as the worst case.
 #[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Task {
@@ -44,9 +57,14 @@ pub struct Task {
     pub burst: u64,
     /// Whether T is the least distance of releases, not the exact one: data or an interrupt releases the task.
     pub is_sporadic: bool,
-    /// The thread that executes its jobs, if it executes those of other tasks too: each period, a job of each task of the same
-    /// number, one after another in the order of the tasks. They have one priority, period, jitter, offset and set of CPUs.
+    /// The thread that executes its jobs, if it executes those of other tasks too: the tasks of the same number. No job of them
+    /// preempts another. They have one priority and set of CPUs, and with [`Order::List`] one period, jitter and offset.
     pub thread: Option<u32>,
+    /// The order of the jobs in the thread.
+    pub order: Order,
+    /// Whether a job that has begun has the highest priority of all activities until its end. The task runs on one CPU, and does not
+    /// wait.
+    pub is_not_preempted: bool,
     /// The nominal instant of a release modulo T, on the clock of number [`clock`](Self::clock); `None` if its phase is unknown.
     pub offset: Option<Time>,
     /// The number of the clock that the offset counts on: only tasks of one number share a clock.
@@ -208,13 +226,20 @@ impl Task {
         self.offset.filter(|_| self.is_periodic())
     }
 
-    /// Whether one thread executes the jobs of both. Of tasks that the thread would not release together, it is not known.
+    /// Whether one thread executes the jobs of both in the order of their releases, or in any.
+    pub fn is_queued_with(&self, other: &Task) -> bool {
+        let is_of_thread = self.thread.is_some() && self.thread == other.thread;
+        is_of_thread && self.order != Order::List && other.order != Order::List
+    }
+
+    /// Whether one thread executes a job of both in each period. Of tasks that the thread would not release together, it is not known.
     pub fn is_mate(&self, other: &Task) -> bool {
         let is_periodic = self.is_periodic() && other.is_periodic();
         let is_released_together = (self.period, self.jitter, self.offset, self.clock)
             == (other.period, other.jitter, other.offset, other.clock);
         let is_scheduled_alike = self.priority == other.priority && self.cpus == other.cpus;
-        let is_of_thread = self.thread.is_some() && self.thread == other.thread;
+        let is_list = self.order == Order::List && other.order == Order::List;
+        let is_of_thread = self.thread.is_some() && self.thread == other.thread && is_list;
         is_of_thread && is_periodic && is_released_together && is_scheduled_alike
     }
 
@@ -479,7 +504,20 @@ pub struct Interference {
     pub time: Time,
 }
 
-/// The window of a response time, which is `length` − `delay` − (`job` − 1) × period + jitter.
+/// The part of a window whose releases count as interference.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub enum Counted {
+    /// All of it.
+    #[default]
+    Whole,
+    /// Of the tasks in the thread of the task, up to the release of the job, at this instant of the window: a queue.
+    UntilRelease(Time),
+    /// Of the activities, up to the begin of the job, at this instant of the window: it is not preempted.
+    UntilBegin(Time),
+}
+
+/// The window of a response time, which is `length` − `delay` − (`job` − 1) × period + jitter; with a queue, `length` + jitter − the
+/// release.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Window {
     /// How the interference in it is counted: the simplest method that gives the length.
@@ -500,8 +538,10 @@ pub struct Window {
     /// Where the response time is later than the task's deadline: the successive values of the fixed-point iteration
     /// for `length`, from M(q) (paper, eq. 19–20); the last 32 at most. Otherwise empty.
     pub iterations: Vec<Time>,
-    /// The part of `length` in which jobs of lower priority hold locks.
+    /// The part of `length` in which jobs of lower priority hold locks, or execute since they are not preempted.
     pub blocking: Time,
+    /// Which interference counts.
+    pub counted: Counted,
     /// The tasks whose waits are counted as jitter, not as execution, each with the response time by which their execution may be
     /// late.
     pub late: Vec<(usize, Time)>,

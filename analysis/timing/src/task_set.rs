@@ -46,7 +46,7 @@ use serde::{Deserialize, Serialize};
 pub use self::error::TaskSetError;
 pub use self::notation::Notation;
 pub use self::number::{Number, Numbers};
-use crate::{Level, Method, Protocol, Unit};
+use crate::{Level, Method, Order, Protocol, Unit};
 
 /// What a deployment runs, as its file has it.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -112,9 +112,16 @@ pub struct TaskEntry {
     /// The greatest number of releases in any window of length T; 1, if it is left out. With more, the task is sporadic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub burst: Option<Number>,
-    /// The thread that executes its jobs and those of the other tasks with this thread, one of each in a period, in their order.
+    /// The thread that executes its jobs and those of the other tasks with this thread.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thread: Option<String>,
+    /// The order of the jobs in the thread: `list`, one of each task in a period, in the order of the tasks, if it is left out; or
+    /// `fifo` or `any`, with which each task has releases of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<Order>,
+    /// Whether a job may be preempted; it may, if it is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preemptive: Option<bool>,
     /// D; the period, if it is left out.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "number::known")]
     pub deadline: Option<Number>,
@@ -192,6 +199,9 @@ pub struct OperationEntry {
     /// So many successive jobs of the client send no more calls than one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
+    /// The greatest number of calls that the client sends when it starts, before its first job.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub starting: Option<u64>,
     /// The greatest number of these calls that have been sent and not executed, if the client waits for the end of a call before the
     /// next one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -199,9 +209,6 @@ pub struct OperationEntry {
     /// The number of the operation that sends the calls, an earlier one that the client executes, from 0; none for a job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub during: Option<usize>,
-    /// The greatest number of calls that the client sends when it starts, before its first job.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub starting: Option<u64>,
     /// The execution time of one call, with its waits.
     pub time: Numbers,
     /// Whether the provider waits while it executes a call.

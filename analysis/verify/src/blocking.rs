@@ -6,6 +6,8 @@
 //! lesser of the sums, by job and by lock. Without a protocol, this holds if no task has a priority between. The time of a ceiling lasts
 //! as long as the job holds it or others that are no lower.
 //!
+//! A job that is not preempted is within a ceiling above all activities, from its begin to its end.
+//!
 //! While real-time tasks are throttled, the background executes, and may take its locks again: its part of B is counted apart, by
 //! the sums. A task of unknown demand, and each that shares locks with it, directly or through others, holds its locks for an unknown
 //! time: a job may wait for one lock while it holds another.
@@ -13,8 +15,11 @@
 use std::collections::BTreeSet;
 
 use crate::certificate::{CertifiedLock, CertifiedProtocol};
-use crate::demand::Checks;
+use crate::demand::{Checks, TaskDemand};
 use crate::tasks::{CheckedTask, CheckedTasks};
+
+/// The rank of priority 99.
+const HIGHEST: u64 = 100;
 
 impl CheckedTasks<'_> {
     /// Enters B of each task, and the priorities that users of locks on several CPUs may inherit.
@@ -109,7 +114,7 @@ impl CheckedTasks<'_> {
         let unraised = unraised.filter(|it| is_used_from(it, of.rank)).flat_map(|it| self.below(it, of.rank));
         let least = unraised.map(|user| self.all[user.0].rank).fold(of.rank, u64::min);
         let is_alone = of.is_pinned() && !self.is_as_one(task);
-        let mut ceilings = 0;
+        let mut ceilings = self.not_preempted_below(task, is_alone)?;
         // Of those without a ceiling, and of those in the background.
         let mut sums = [(0u64, vec![0; self.all.len()]), (0, vec![0; self.all.len()])];
         for (index, lock) in locks.iter().enumerate().filter(|it| is_here(&it.1)) {
@@ -141,6 +146,22 @@ impl CheckedTasks<'_> {
         let [all, in_background] =
             sums.map(|(by_lock, by_task)| by_task.into_iter().fold(0, u64::saturating_add).min(by_lock));
         Ok((all.saturating_add(ceilings), in_background))
+    }
+
+    /// Returns for how long a job of lower priority delays a task since it is not preempted.
+    fn not_preempted_below(&self, task: usize, is_alone: bool) -> Checks<u64> {
+        let of = &self.all[task];
+        let mut longest = 0;
+        for it in self.all.iter().filter(|it| it.task.not_preempted && it.cpus & of.cpus != 0) {
+            let is_below = (1..of.rank).contains(&it.rank) || it.rank == u64::MAX;
+            if !is_below || of.rank > HIGHEST && of.rank != u64::MAX {
+                continue;
+            }
+            let bounded = it.demand.as_ref().filter(|_| is_alone && it.is_pinned() && it.waits == 0);
+            let bounded = bounded.map(TaskDemand::longest);
+            longest = bounded.ok_or_else(|| format!("`{}` is not preempted", it.task.name))?.max(longest);
+        }
+        Ok(longest)
     }
 
     /// Whether others preempt `holder` while `task` waits for its lock without a protocol.

@@ -49,6 +49,9 @@ pub(crate) struct CertifiedTask {
     #[serde(default)]
     pub(crate) throttling: bool,
     pub(crate) thread: Option<u32>,
+    /// Whether a job that has begun executes before all activities.
+    #[serde(default)]
+    pub(crate) not_preempted: bool,
     /// None: unknown, so any.
     pub(crate) cpus: Option<Vec<u32>>,
     /// None: of unknown demand.
@@ -98,11 +101,11 @@ pub(crate) struct CertifiedOperation {
     #[serde(default)]
     pub(crate) every: u64,
     #[serde(default)]
+    pub(crate) starting: u64,
+    #[serde(default)]
     pub(crate) pending: Option<u64>,
     pub(crate) time: u64,
     /// Counted in each job of the provider; none if unknown.
-    pub(crate) starting: u64,
-    #[serde(default)]
     pub(crate) calls: Option<u64>,
 }
 

@@ -89,6 +89,11 @@ impl<'c> TaskDemand<'c> {
         Ok(TaskDemand { machine, longest, rows })
     }
 
+    /// The longest job.
+    pub(crate) fn longest(&self) -> u64 {
+        self.longest.iter().copied().max().unwrap_or(0)
+    }
+
     /// The demand of n jobs, if the last one executes for at most `last`.
     pub(crate) fn of_jobs(&self, n: u64, last: u128, work: &WorkLeft) -> Checks<u128> {
         work.spend(self.longest.len())?;

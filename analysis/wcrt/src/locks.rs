@@ -313,5 +313,6 @@ pub(crate) fn lock_reason(
         Blocking::UnknownWaits { lock: it, waiting } => {
             LockReason::UnknownWaits { lock: lock(*it), waiting: name(*waiting) }
         }
+        Blocking::NotPreempted { holder } => LockReason::NotPreempted { holder: name(*holder) },
     })
 }

@@ -186,6 +186,8 @@ pub enum LockReason {
     Inversion { lock: Name, holder: Name, between: Vec<Name> },
     /// This activity waits an unknown number of times, and meanwhile a lower priority may take the lock.
     UnknownWaits { lock: Name, waiting: Name },
+    /// The jobs of this activity of lower priority are not preempted, and for how long, or how often, they delay the activity is unknown.
+    NotPreempted { holder: Name },
 }
 
 /// A share of a CPU, for a message: the analysis itself compares exactly.

@@ -9,10 +9,13 @@ use std::rc::Rc;
 use super::random::Random;
 use super::{Calls, Executed, Job, Schedule, SimulationOptions, Slice, Statistics};
 use crate::response_time::linked;
-use crate::{CpuSet, Edge, Protocol, StateMachine, Task, TaskKind, Tasks, Time};
+use crate::{CpuSet, Edge, Order, Protocol, StateMachine, Task, TaskKind, Tasks, Time};
 
 /// The longest simulation. A sum of two instants within it does not overflow.
 const LONGEST: u64 = 1 << 63;
+
+/// Twice the highest priority, and 1: that of a job that is not preempted.
+const HIGHEST: u64 = 199;
 
 /// The most calls of one operation that one job sends.
 const MOST_CALLS: u64 = 1000;
@@ -67,6 +70,10 @@ struct SimulatedThread {
     is_scripted: bool,
     /// All tasks of its thread, in their order; empty if the thread has no others.
     mates: Rc<[usize]>,
+    order: Order,
+    is_not_preempted: bool,
+    /// The instants at which its unfinished jobs were released; in a queue only.
+    queued: VecDeque<u64>,
     /// The CPUs on which it may run, a bit for each index of [`Engine::cpus`].
     cpus: CpuSet,
     /// The index of its group.
@@ -302,7 +309,8 @@ impl<'a> Engine<'a> {
         let task = |thread: &SimulatedThread| set.all().get(thread.task).filter(|task| task.thread.is_some());
         for index in 0..self.threads.len() {
             let Some(of) = task(&self.threads[index]) else { continue };
-            let is_mate = |&other: &usize| task(&self.threads[other]).is_some_and(|it| it.is_mate(of));
+            let of_thread = |it: &Task| it.is_mate(of) || it.is_queued_with(of);
+            let is_mate = |&other: &usize| task(&self.threads[other]).is_some_and(of_thread);
             let mates: Vec<usize> = (0..self.threads.len()).filter(is_mate).collect();
             if mates.len() > 1 && mates.first() == Some(&index) {
                 let mates: Rc<[usize]> = mates.into();
@@ -391,6 +399,8 @@ impl<'a> Engine<'a> {
             jitter,
             burst: (!task.is_periodic()).then(|| task.burst().min(MOST_OF_BURST) as usize),
             is_scripted: of_script.is_some(),
+            order: task.order,
+            is_not_preempted: task.is_not_preempted,
             cpus,
             group: self.groups.iter().position(|group| group.cpus.meets(cpus)).unwrap_or_default(),
             steps: steps_of(machine, task),
@@ -452,6 +462,9 @@ impl<'a> Engine<'a> {
             PeekMut::pop(first);
         }
         task.released += 1;
+        if task.order == Order::Fifo {
+            task.queued.push_back(now);
+        }
         if self.options.keeps_schedule && task.kind == TaskKind::Activity {
             task.open.push_back(self.jobs.len());
             self.jobs.push(Job {
@@ -487,6 +500,12 @@ impl<'a> Engine<'a> {
     /// Whether the thread of a task executes its next job before those of the other tasks of the thread.
     fn is_turn(&self, index: usize) -> bool {
         let task = &self.threads[index];
+        let released = |mate: usize| self.threads[mate].queued.front().copied().unwrap_or(u64::MAX);
+        match task.order {
+            Order::List => {}
+            Order::Any => return true,
+            Order::Fifo => return task.mates.iter().all(|&mate| released(index) <= released(mate)),
+        }
         let place = task.mates.iter().position(|&mate| mate == index);
         let before = place.map(|place| place.checked_sub(1));
         match before {
@@ -593,6 +612,11 @@ impl<'a> Engine<'a> {
         if let Some(JobPart { executed: Executed::Edge(_), .. }) = task.part.take() {
             self.end_job(index);
         }
+        if self.threads[index].is_not_preempted {
+            self.set_priority(index, self.threads[index].own_priority);
+            self.make_unready(index, cpu);
+            return self.wake(index);
+        }
         if self.begin(index) {
             self.cpus[cpu].event = self.threads[index].event();
             return;
@@ -668,7 +692,8 @@ impl<'a> Engine<'a> {
         let of_lock = &mut self.locks[lock];
         of_lock.holder = None;
         let blocked = std::mem::take(&mut of_lock.blocked);
-        self.set_priority(index, self.threads[index].own_priority);
+        let task = &self.threads[index];
+        self.set_priority(index, if task.is_not_preempted { HIGHEST } else { task.own_priority });
         for blocked in blocked {
             self.make_ready(blocked);
         }
@@ -717,6 +742,7 @@ impl<'a> Engine<'a> {
         let is_missed = response > task.deadline;
         task.nominal = nominal.saturating_add(task.period);
         task.finished += 1;
+        task.queued.pop_front();
         task.calls_of_job = None;
         task.total += u128::from(response);
         let statistics = &mut task.statistics;
@@ -801,6 +827,9 @@ impl<'a> Engine<'a> {
     }
 
     fn start(&mut self, index: usize, cpu: usize) {
+        if self.threads[index].is_not_preempted {
+            self.raise(index, HIGHEST);
+        }
         let task = &mut self.threads[index];
         task.is_running = true;
         task.last_cpu = Some(cpu as u32);

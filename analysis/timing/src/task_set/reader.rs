@@ -10,8 +10,8 @@ use super::{
 };
 use crate::level::MOST_LEVELS;
 use crate::{
-    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Priority, Rounding, StateMachine, Task,
-    TaskOperation, Tasks, Time, Waits,
+    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Order, Priority, Rounding, StateMachine,
+    Task, TaskOperation, Tasks, Time, Waits,
 };
 
 type Result<T> = std::result::Result<T, TaskSetError>;
@@ -126,7 +126,8 @@ impl<'a> TaskSetReader<'a> {
         }
         let burst = u64::from(count("burst", &entry.burst, 1)?);
         if entry.sporadic || burst > 1 {
-            let has = [("offset", entry.offset.is_some()), ("thread", entry.thread.is_some())];
+            let is_list = entry.thread.is_some() && entry.order.unwrap_or_default() == Order::List;
+            let has = [("offset", entry.offset.is_some()), ("thread", is_list)];
             if let Some((key, _)) = has.into_iter().find(|(_, has)| *has) {
                 return Err(TaskSetError::NotPeriodic(key));
             }
@@ -168,6 +169,8 @@ impl<'a> TaskSetReader<'a> {
             burst,
             is_sporadic: entry.sporadic,
             thread: self.thread(entry),
+            order: entry.order.unwrap_or_default(),
+            is_not_preempted: entry.preemptive == Some(false),
             offset,
             clock: count("clock", &entry.clock, 0)?,
             cpus,
@@ -243,10 +246,10 @@ impl<'a> TaskSetReader<'a> {
             client: index(&entry.client)?,
             sends: entry.sends,
             every: entry.every.unwrap_or_default(),
+            starting: entry.starting.unwrap_or_default(),
             pending: entry.pending,
             time: self.time_at("time", &entry.time)?.ok_or(missing)?,
             during: entry.during,
-            starting: entry.starting.unwrap_or_default(),
         })
     }
 
@@ -411,13 +414,16 @@ fn check_list(set: &TaskSet, key: &'static str, times: &Numbers) -> Result<()> {
     }
 }
 
-/// The tasks of a thread have what the thread has, as far as it is known.
+/// The tasks of a thread have what the thread has, as far as it is known: its order, priority and CPUs, and its releases where it
+/// executes them as a list.
 fn check_mates(entry: &TaskEntry, task: &Task, first: &Task) -> Result<()> {
     let differs = |key: Option<bool>| key == Some(true);
     let priorities = task.priority.real_time().zip(first.priority.real_time());
+    let is_list = task.order == Order::List;
     let differing = [
-        ("period", differs(task.period.zip(first.period).map(|(one, other)| one != other))),
-        ("jitter", task.jitter != first.jitter),
+        ("order", task.order != first.order),
+        ("period", is_list && differs(task.period.zip(first.period).map(|(one, other)| one != other))),
+        ("jitter", is_list && task.jitter != first.jitter),
         ("priority", differs(priorities.map(|(one, other)| one != other))),
         ("cpus", differs(task.cpus.zip(first.cpus).map(|(one, other)| one != other))),
     ];

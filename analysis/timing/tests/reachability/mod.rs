@@ -12,6 +12,7 @@
 //! | `scheduler.rs` | the tasks that may execute at the same time |
 //! | `explore.rs` | the exploration |
 //! | `suspended.rs` | the exploration of systems with waits and locks |
+//! | `queued.rs` | the exploration of threads with a queue, and of jobs that are not preempted |
 //! | `cases.rs` | systems whose greatest response times are known by hand |
 //! | `random.rs` | random systems |
 //!
@@ -19,6 +20,7 @@
 
 mod cases;
 mod explore;
+mod queued;
 pub(crate) mod random;
 mod scheduler;
 mod suspended;
