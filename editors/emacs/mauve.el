@@ -111,7 +111,7 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
        (1 'font-lock-keyword-face) (2 'font-lock-constant-face))
       (,(funcall before '("connection" "operation") (concat "\\s-+" name "\\s-*\\."))
        (1 'font-lock-keyword-face))
-      (,(funcall before '("instances" "affinity" "cpus" "priority" "trigger" "least" "period" "rate" "burst" "deadline" "jitter" "offset") "\\s-*=")
+      (,(funcall before '("instances" "thread" "order" "affinity" "cpus" "priority" "preemptive" "trigger" "least" "period" "rate" "burst" "deadline" "jitter" "offset") "\\s-*=")
        (1 'font-lock-property-name-face))
       (,(funcall before '("if" "then" "else" "return") "\\s-*\\(?:[^=[:space:]]\\|==\\|$\\)")
        (1 'font-lock-keyword-face))

@@ -264,8 +264,8 @@ fn calls(why: &CallsReason) -> ReasonWords {
         ),
         CallsReason::ReleasedByData { operation, client } => (
             (operation, client),
-            "and data releases it: any number of calls may wait for its next release; give it a period, or let another \
-             instance provide the operation",
+            "and data releases it, or jobs of other activities in its thread come first: any number of calls may wait for its next job; \
+             give it a period and a thread of its own, or let another instance provide the operation",
             "calls unbounded",
         ),
         CallsReason::Ring(operation) => {

@@ -33,7 +33,10 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::ConflictingFields { of, id, field, other, first } => {
             conflicting_fields::report((*of, *id), *field, *other, first)
         }
-        Fact::FieldWithoutTrigger { of, id, field } => conflicting_fields::without_trigger(*of, *id, *field),
+        Fact::FieldWithoutOther { of, id, field } => conflicting_fields::without_other(*of, *id, *field),
+        Fact::OtherInThread { thread, field, first } => {
+            conflicting_fields::other_in_thread(at, thread, *field, first)
+        }
         Fact::InvalidField(field, expected) => invalid_field::report(at, *field, expected),
         Fact::BackgroundField { of, id, field, instance } => background_field(*of, *id, *field, instance),
         Fact::NotSynchronised { of, id, activity, instance } => {

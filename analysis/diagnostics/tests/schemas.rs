@@ -590,6 +590,8 @@ fn schema_and_reader_agree_on_task_sets() {
         ("front/cpus", json!(2)),
         ("front/deadline", json!(101)),
         ("front/thread", json!("drivers")),
+        ("front/order", json!("fifo")),
+        ("front/preemptive", json!(false)),
         ("/other/0/burst", json!(3)),
         ("/other/0/sporadic", json!(true)),
         ("/other/0/time", json!("0.123456789012345678901")),

@@ -1991,3 +1991,74 @@ g = 4
     "#]]
     .assert_eq(&found);
 }
+
+/// Three callbacks of one thread, and one activity beside them, each of which takes a time.
+fn callbacks(fields: &str, rest: &str) -> String {
+    verdicts(&format!(
+        "
+codel one(): int
+codel two(): int
+codel three(): int
+codel top(): int
+shell S {{ input port go: int  output port done: int }}
+core A(S) {{ update = {{ one(); write(done, 1); }} }}
+core B(S) {{ var n: int = 0  update = {{ read(go, n); two(); }} }}
+core C(S) {{ update = {{ three(); }} }}
+core T(S) {{ update = {{ top(); }} }}
+component Imu(S, A)
+component Cmd(S, B)
+component Log(S, C)
+component Top(S, T)
+architecture Robot {{ instance imu: Imu  instance cmd: Cmd  instance log: Log  instance top: Top  connection imu.done -> cmd.go }}
+deployment D {{
+  architecture Robot
+  activity imu {{ {fields}  period = 10 }}
+  activity cmd {{ {fields}  trigger = go  least = 25 }}
+  activity log {{ {fields}  period = 40 }}
+  activity top {{ cpus = [1]  {rest} }}
+}}
+//- /mauve.toml
+timing.tables = ['times.toml']
+//- /times.toml
+[codel]
+one = 2
+two = 4
+three = 5
+top = 3
+"
+    ))
+}
+
+/// All three in the queue: 2 + 4 + 5. In any order, the next job of `imu`, at 10, may come before another one: 2 more. A job of `top`
+/// delays each of these by 3, and the second one, at 20, is too late.
+#[test]
+fn callbacks_of_one_thread() {
+    let of_thread = "thread = control  cpus = [1]  priority = 50";
+    let background = "priority = background";
+    let fifo = callbacks(of_thread, background);
+    assert_eq!(fifo, "imu missed 11 ms\ncmd met 11 ms\nlog met 11 ms\ntop background\n");
+    let any = callbacks(&format!("{of_thread}  order = any"), background);
+    assert_eq!(any, "imu missed 11 ms\ncmd met 13 ms\nlog met 13 ms\ntop background\n");
+    let above = callbacks(of_thread, "priority = 60  period = 20");
+    assert_eq!(above, "imu missed 14 ms\ncmd met 14 ms\nlog met 14 ms\ntop met 3 ms\n");
+    // With a thread of its own, each of them may preempt the others; so in a thread with other values.
+    let other = callbacks("thread = control  cpus = [1]  priority = 50", "priority = 50  thread = control  period = 20  order = any");
+    assert!(other.contains("top not-analysed"), "{other}");
+}
+
+/// `top` waits for the longest job below it that has begun, 5, and `imu` for `top` and until then: 3 + 5 + 2.
+#[test]
+fn jobs_that_are_not_preempted() {
+    let found = |preemptive: &str| {
+        callbacks(
+            &format!("cpus = [1]  priority = 50  {preemptive}"),
+            "priority = 60  period = 20",
+        )
+    };
+    assert!(found("").ends_with("top met 3 ms\n"), "{}", found(""));
+    assert!(found("preemptive = false").ends_with("top met 8 ms\n"), "{}", found("preemptive = false"));
+    assert!(found("preemptive = true").ends_with("top met 3 ms\n"));
+    // What is written may be `false`.
+    let unknown = "top not-analysed: `imu` of lower priority is not preempted";
+    assert!(found("preemptive = no").contains(unknown), "{}", found("preemptive = no"));
+}

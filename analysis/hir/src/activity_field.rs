@@ -4,7 +4,7 @@
 //! follow the table; `diagnostics/tests/tables.rs` writes the lists of the highlighters and the table of the reference from it.
 
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
-use mauve_timing::{CpuSet, Needs, Rounding, Time, TimeError, Unit};
+use mauve_timing::{CpuSet, Needs, Order, Rounding, Time, TimeError, Unit};
 
 use crate::item_tree::{BinaryOperator, Expr, Field, Literal, Name, NameRef, SourceId, UnaryOperator};
 use crate::values::whole_number;
@@ -51,6 +51,12 @@ pub enum FieldKind {
     Ports,
     /// A list of instances.
     Instances,
+    /// The name of a thread: any.
+    Thread,
+    /// `fifo` or `any`.
+    Order,
+    /// `true` or `false`.
+    Truth,
 }
 
 /// The value of a field.
@@ -66,6 +72,9 @@ pub enum FieldValue {
     Count(u32),
     Ports(Vec<NameRef>, Needs),
     Instances,
+    Thread(Name),
+    Order(Order),
+    Truth(bool),
 }
 
 /// The greatest number of ports that release an activity: a release notes each in a bit of one word.
@@ -82,6 +91,16 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
         values: "the instances that one thread executes in order, such as [imu, gps]",
         meaning: "The instances that the activity executes in its thread, one after another in each period, such as `[imu, gps]`. \
                   Its name is any." },
+    FieldEntry { field: ActivityField::Thread, kind: FieldKind::Thread, default: Some("a thread of its own"), only_real_time: true,
+        other_names: &["group", "callback_group", "executor", "queue", "work_queue"], example: "control",
+        values: "the name of the thread that executes it, and other activities with this thread",
+        meaning: "The thread that executes the activity, and all others with a thread of this name: one job after another, each with \
+                  the releases of its own activity, such as the callbacks of an executor. They have one priority and the same CPUs." },
+    FieldEntry { field: ActivityField::Order, kind: FieldKind::Order, default: Some("`fifo`"), only_real_time: true,
+        other_names: &["policy", "scheduling"], example: "any",
+        values: "the order of the jobs in the thread: fifo, or any",
+        meaning: "The order in which the thread executes the jobs of its activities: `fifo`, the job that was released first, or `any`, such \
+                  as that of the wait-set executor of ROS 2. Only with `thread`." },
     FieldEntry { field: ActivityField::Affinity, kind: FieldKind::Cpus, default: Some("any CPU"), only_real_time: false,
         other_names: &["cpu", "core", "cores", "mask"], example: "1",
         values: "the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both",
@@ -97,6 +116,11 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
         values: "1 to 99, the highest is 99; or background",
         meaning: "The priority of the activity, from 1 (lowest) to 99 (highest), or `background`. An activity preempts all \
                   activities of lower priority on its CPU." },
+    FieldEntry { field: ActivityField::Preemptive, kind: FieldKind::Truth, default: Some("`true`"), only_real_time: true,
+        other_names: &["preemptible", "preempt"], example: "false",
+        values: "whether a job that has begun may be preempted: true or false",
+        meaning: "Whether other activities may preempt a job that has begun. With `false`, it has priority 99 until its end, such as a \
+                  frame on a bus. The activity runs on one CPU then, and its codels wait for nothing." },
     FieldEntry { field: ActivityField::Trigger, kind: FieldKind::Ports, default: Some("its clock"), only_real_time: false,
         other_names: &["event", "event_port", "on", "port"], example: "scan",
         values: "the input port whose data releases it, or any or all of several: any [scan, odometry]",
@@ -140,17 +164,22 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
 ];
 
 /// Pairs of fields that an activity cannot have together: both say the same, or the second one has no meaning beside the first.
-pub const EXCLUSIVE_FIELDS: [[ActivityField; 2]; 6] = [
+pub const EXCLUSIVE_FIELDS: [[ActivityField; 2]; 7] = [
     [ActivityField::Affinity, ActivityField::Cpus],
     [ActivityField::Period, ActivityField::Rate],
     [ActivityField::Least, ActivityField::Period],
     [ActivityField::Least, ActivityField::Rate],
     [ActivityField::Trigger, ActivityField::Offset],
     [ActivityField::Trigger, ActivityField::Instances],
+    [ActivityField::Thread, ActivityField::Instances],
 ];
 
-/// The fields that only an activity with a trigger has.
-pub const FIELDS_OF_TRIGGER: [ActivityField; 2] = [ActivityField::Least, ActivityField::Burst];
+/// The fields that only an activity with another field has, each with that one.
+pub const DEPENDENT_FIELDS: [[ActivityField; 2]; 3] = [
+    [ActivityField::Least, ActivityField::Trigger],
+    [ActivityField::Burst, ActivityField::Trigger],
+    [ActivityField::Order, ActivityField::Thread],
+];
 
 /// The fields that say the time between two releases.
 pub const PERIODS: [ActivityField; 3] = [ActivityField::Period, ActivityField::Rate, ActivityField::Least];
@@ -228,6 +257,9 @@ impl FieldKind {
                 "the name of an input port, or `any` or `all` with a list of some, such as `any [scan, odometry]`"
             }
             FieldKind::Instances => "a list of instances, such as `[imu, gps]`",
+            FieldKind::Thread => "the name of a thread",
+            FieldKind::Order => "`fifo` or `any`",
+            FieldKind::Truth => "`true` or `false`",
         }
     }
 
@@ -277,8 +309,22 @@ impl FieldKind {
                 Some(time(value, Rounding::Down).map_err(InvalidValue::NoTime)?).filter(is_positive)
             }
             (FieldKind::Rate, _) => period_of(value).filter(is_positive),
+            (FieldKind::Thread, _) => value.as_name().map(|it| FieldValue::Thread(it.name.clone())),
+            (FieldKind::Order, _) => value.as_name().and_then(|it| order(&it.name)),
+            (FieldKind::Truth, _) => match value {
+                Expr::Literal(Literal::Bool(truth), _) => Some(FieldValue::Truth(*truth)),
+                _ => None,
+            },
         };
         found.ok_or(InvalidValue::OtherKind(self))
+    }
+}
+
+fn order(word: &str) -> Option<FieldValue> {
+    match word {
+        "fifo" => Some(FieldValue::Order(Order::Fifo)),
+        "any" => Some(FieldValue::Order(Order::Any)),
+        _ => None,
     }
 }
 

@@ -97,7 +97,7 @@ mod values;
 mod wiring;
 
 pub use activity_field::{
-    ACTIVITY_FIELDS, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, FieldKind, FieldValue, GREATEST_BURST,
+    ACTIVITY_FIELDS, DEPENDENT_FIELDS, EXCLUSIVE_FIELDS, FieldEntry, FieldKind, FieldValue, GREATEST_BURST,
     InvalidValue, NoTime, PERIODS, PLACES, field_entry, number, same_fields, similar_field,
 };
 pub use behaviour::{Behaviour, Edges, PeriodEdge, TimedProgram, behaviour_of};

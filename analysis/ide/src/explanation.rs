@@ -11,7 +11,9 @@ use mauve_diagnostics::{EXHAUSTED, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Location, ModelDb, config_of};
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{CpuRule, CpuSet, Method, Status, Task, Time, Window, name_of_other, worst_trace};
+use mauve_timing::{
+    Counted, CpuRule, CpuSet, Method, Status, Task, Time, Window, name_of_other, worst_trace,
+};
 use mauve_wcrt::{
     ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, TableSet, psm_at, psm_in_thread,
     worst_path,
@@ -176,9 +178,12 @@ impl<'a, 'db> Explanation<'a, 'db> {
             let ends = format!("it ends {length} after the start of the window");
             format!("job {job} of the busy window has the largest response time: {ends}")
         }));
+        notes.extend(window.and_then(|window| counted(activity, window)));
         notes.extend(exceeded_deadline(activity));
         // The first job of the activity may be released at the critical instant.
-        let is_critical = activity.jitter == Time::ZERO && start.is_none() && activity.burst() == 1;
+        let is_whole = window.is_none_or(|it| it.counted == Counted::Whole);
+        let is_critical =
+            activity.jitter == Time::ZERO && start.is_none() && activity.burst() == 1 && is_whole;
         let critical = activity.first_job.filter(|_| is_critical);
         notes.extend(
             critical
@@ -249,6 +254,22 @@ fn delays(activity: &ActivityReport<'_>, other: &ActivityReport<'_>) -> bool {
     let is_not_higher = priorities.is_some_and(|(own, other)| own >= other);
     let (own, others) = (activity.cpus.unwrap_or(CpuSet::ALL), other.cpus.unwrap_or(CpuSet::ALL));
     !std::ptr::eq(other, activity) && is_not_higher && own.meets(others)
+}
+
+/// Returns which part of the window counts, unless all of it does.
+fn counted(activity: &ActivityReport<'_>, window: &Window) -> Option<String> {
+    match window.counted {
+        Counted::Whole => None,
+        Counted::UntilRelease(_) => {
+            let thread = activity.thread.as_ref()?;
+            Some(format!(
+                "counts what the thread `{thread}` has to execute when the job is released, and no later job of it"
+            ))
+        }
+        Counted::UntilBegin(begin) => Some(format!(
+            "counts other activities until the job begins, {begin} after the start of the window"
+        )),
+    }
 }
 
 /// Returns how the waits in a response time are counted.
@@ -347,6 +368,8 @@ impl<'db> Sum<'db> {
             let before = if other < index { "before" } else { "after" };
             let thread = it.thread.as_ref().filter(|_| it.is_mate(activity));
             let in_thread = thread.map(|thread| format!("{before} it in the thread `{thread}`"));
+            let in_queue = it.thread.as_ref().filter(|_| it.is_queued_with(activity));
+            let in_thread = in_thread.or(in_queue.map(|thread| format!("in the thread `{thread}`")));
             let row = Summand::activity(it);
             Summand { note: in_thread.or(row.note), ..row }
         }));
@@ -369,7 +392,10 @@ impl<'db> Sum<'db> {
             Some(CallsReport { calls, time, ..it.clone() })
         });
         // The nominal release is at delay − J + (q − 1)·T; in bursts of b, + ⌊(q − 1)/b⌋·T.
-        let released = window.and_then(|window| activity.release_of(window.job)?.checked_add(window.delay));
+        let released = window.and_then(|window| match window.counted {
+            Counted::UntilRelease(release) => Some(release),
+            _ => activity.release_of(window.job)?.checked_add(window.delay),
+        });
         let released = released.unwrap_or(activity.jitter);
         Some(Sum {
             own,

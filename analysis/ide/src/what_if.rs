@@ -19,7 +19,7 @@ use mauve_syntax::format::Replacement;
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 use mauve_timing::{CpuSet, Rounding, Time, with_time};
-use mauve_wcrt::{TableSet, Timed, WhatIfField, executed_times, files_of};
+use mauve_wcrt::{TableSet, Timed, WhatIfField, executed_times, files_of, in_threads};
 use rustc_hash::FxHashSet;
 
 use crate::cancellation::until_cancelled;
@@ -282,7 +282,7 @@ pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) ->
     let has = |all: &[Field], field: ActivityField| all.iter().any(|it| it.name.name == field.keyword());
     let any_has = |field| data.activities.iter().any(|it| has(&it.fields, field));
     let lists_cpus = any_has(ActivityField::Cpus) && !any_has(ActivityField::Affinity);
-    for WhatIfField { instance, field, value } in fields {
+    for WhatIfField { instance, field, value } in &in_threads(data, fields) {
         let Some(activity) = data.activities.iter().find(|it| it.executes(instance)) else {
             continue;
         };

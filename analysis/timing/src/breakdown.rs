@@ -2,9 +2,10 @@
 //! grow with the square of their number.
 
 use crate::lane::{BusyJob, Contribution, Lane, LaneMember};
+use crate::not_preempted::HIGHEST;
 use crate::paths::{self, TaskPath};
 use crate::response_time::Lanes;
-use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
+use crate::{Counted, CpuRule, Interference, Method, Options, Task, Time, Window};
 
 /// Lists the interference of tasks.
 ///
@@ -60,6 +61,7 @@ impl<'a> Breakdown<'a> {
             let global = own.map(|own| self.lanes.global(own, cpus, &response));
             return global.map_or_else(Vec::new, |mut global| global.interference(length.as_nanos()));
         }
+        let own = self.lanes.tasks.get(of);
         let found = self.in_window(of, rule, window, |lane, place| {
             let mut found = match method {
                 Method::Exact => by_paths(place, lane),
@@ -68,7 +70,8 @@ impl<'a> Breakdown<'a> {
                     let late = late.iter().find(|(task, _)| *task == member.index);
                     member.late = late.map(|(_, time)| time.as_nanos());
                     // The analysis computed it before.
-                    let found = member.contribution(length.as_nanos(), method);
+                    let length = counted(window, own, member).unwrap_or(length.as_nanos());
+                    let found = member.contribution(length, method);
                     member.late = None;
                     found.ok()
                 }),
@@ -140,6 +143,18 @@ impl<'a> Breakdown<'a> {
         lane.begin_at(None, 1);
         Some(found)
     }
+}
+
+/// Returns the length of the part of a window in which the releases of a member count for `own`; none of the whole window.
+fn counted(window: Option<&Window>, own: Option<&Task>, member: &LaneMember<'_>) -> Option<u64> {
+    let until = match window?.counted {
+        Counted::Whole => return None,
+        Counted::UntilRelease(release) => {
+            Some(release).filter(|_| own.is_some_and(|own| member.task.is_queued_with(own)))
+        }
+        Counted::UntilBegin(begin) => Some(begin).filter(|_| member.task.priority < HIGHEST),
+    };
+    until?.as_nanos().checked_add(1)
 }
 
 /// Searches the combination of paths again.

@@ -160,8 +160,8 @@ impl Tasks {
             for (index, task) in raised.iter_mut().enumerate() {
                 // With the tasks of their threads.
                 let is_it = |user: &LockUser| {
-                    let of_thread = |it: &Task| it.is_mate(&self.all[index]) || it.is_queued_with(&self.all[index]);
-                    user.task == index || self.all.get(user.task).is_some_and(of_thread)
+                    let shares_thread = |it: &Task| it.shares_thread(&self.all[index]);
+                    user.task == index || self.all.get(user.task).is_some_and(shares_thread)
                 };
                 if users.iter().any(is_it) {
                     task.priority = highest.max(task.priority);
@@ -327,7 +327,7 @@ impl Tasks {
             // Throttling delays all, and so is no more between than any other task of higher priority.
             let is_other = index != of && index != holder && !it.is_throttling;
             // The thread of the holder executes no other job before that of the holder.
-            let is_other = is_other && !held_by.is_mate(it) && !held_by.is_queued_with(it);
+            let is_other = is_other && !held_by.shares_thread(it);
             is_other && is_in && is_below && it.cpus().meets(held_by.cpus())
         };
         let between: Vec<usize> =

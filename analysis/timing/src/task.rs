@@ -226,6 +226,11 @@ impl Task {
         self.offset.filter(|_| self.is_periodic())
     }
 
+    /// Whether one thread executes the jobs of both.
+    pub fn shares_thread(&self, other: &Task) -> bool {
+        self.is_mate(other) || self.is_queued_with(other)
+    }
+
     /// Whether one thread executes the jobs of both in the order of their releases, or in any.
     pub fn is_queued_with(&self, other: &Task) -> bool {
         let is_of_thread = self.thread.is_some() && self.thread == other.thread;

@@ -2,12 +2,14 @@
 //! another tool.
 
 use mauve_timing::{
-    Bound, Demand, Edge, Lock, LockUser, Method, Options, Protocol, StateMachine, Task, Tasks, Time,
+    Bound, Demand, Edge, Lock, LockUser, Method, Options, Order, Protocol, StateMachine, Task, Tasks, Time,
     TraceBound, Utilisation, response_times,
 };
 use proptest::prelude::*;
-use response_time_analysis::arrival::Periodic;
-use response_time_analysis::demand::RBF;
+use response_time_analysis::arrival::{Periodic, Sporadic};
+use response_time_analysis::demand::{RBF, Slice};
+use response_time_analysis::fifo;
+use response_time_analysis::fixed_priority::fully_nonpreemptive;
 use response_time_analysis::fixed_priority::fully_preemptive::dedicated_uniproc_rta;
 use response_time_analysis::time::{Duration, Service};
 use response_time_analysis::wcet::{Curve, Scalar};
@@ -157,6 +159,68 @@ proptest! {
         for (index, found) in bounds(&tasks, Method::Psm).into_iter().enumerate() {
             let others = interfering(&tasks, index, &demands);
             check_equal(&tasks, index, found, dedicated_uniproc_rta(&demands[index], &others, Duration::from(LIMIT)))?;
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    /// Their bound counts from the release, and is that of each task of the queue.
+    #[test]
+    fn queues(parameters in proptest::collection::vec((10..300u64, 0..60u64, 1..60u64), 1..9)) {
+        let queued = |&(period, jitter, cost): &(u64, u64, u64)| Task {
+            thread: Some(1),
+            order: Order::Fifo,
+            jitter: Time::from_nanos(jitter),
+            ..task(1, period, StateMachine::single(Time::from_nanos(cost)))
+        };
+        let tasks: Vec<Task> = parameters.iter().map(queued).collect();
+        let demand = |&(period, jitter, cost): &(u64, u64, u64)| {
+            let arrivals = Sporadic { min_inter_arrival: Duration::from(period), jitter: Duration::from(jitter) };
+            RBF::new(arrivals, Scalar::new(Service::from(cost)))
+        };
+        let demands: Vec<_> = parameters.iter().map(demand).collect();
+        let theirs = fifo::dedicated_uniproc_rta(&Slice::of(&demands), Duration::from(LIMIT)).ok().map(u64::from);
+        for method in [Method::Classic, Method::Psm] {
+            for (index, found) in bounds(&tasks, method).into_iter().enumerate() {
+                match (found, theirs) {
+                    // Late jobs of a task need not all be in the queue at once: any order may have a lesser bound.
+                    (Some(found), Some(theirs)) if parameters[index].1 > 0 => prop_assert!(found <= theirs + parameters[index].1),
+                    _ => check_equal(&tasks, index, found, theirs.map(Duration::from).ok_or(()))?,
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn jobs_that_are_not_preempted(parameters in proptest::collection::vec((0..6u32, 10..300u64, 1..60u64), 1..9)) {
+        let frame = |&(priority, period, cost): &(u32, u64, u64)| {
+            let is_not_preempted = true;
+            Task { is_not_preempted, ..task(priority, period, StateMachine::single(Time::from_nanos(cost))) }
+        };
+        let tasks = Tasks::new(parameters.iter().map(frame).collect());
+        let demands: Vec<_> = parameters
+            .iter()
+            .zip(tasks.all())
+            .map(|(&(_, _, cost), task)| RBF::new(periodic(task), Scalar::new(Service::from(cost))))
+            .collect();
+        let found = tasks.response_times(&Options { method: Method::Psm, is_brief: false }, &|| ()).responses;
+        for (index, found) in found.iter().enumerate() {
+            let (priority, _, cost) = parameters[index];
+            let below = parameters.iter().filter(|it| it.0 < priority).map(|it| it.2).max();
+            let of = fully_nonpreemptive::TaskUnderAnalysis {
+                wcet: Scalar::new(Service::from(cost)),
+                arrivals: &periodic(&tasks.all()[index]),
+                blocking_bound: Service::from(below.unwrap_or(0)),
+            };
+            let others = interfering(tasks.all(), index, &demands);
+            let theirs = fully_nonpreemptive::dedicated_uniproc_rta(&of, &others, Duration::from(LIMIT));
+            let found = match found.bound {
+                Bound::Response(time) => Some(time.as_nanos()),
+                _ => None,
+            };
+            check_equal(tasks.all(), index, found, theirs)?;
         }
     }
 }

@@ -8,7 +8,7 @@ use mauve_timing::task_set::{
     EdgeEntry, LockEntry, LockUserEntry, NotAnalysed, Number, Numbers, OperationEntry, TaskEntry, TaskSet,
     TaskSetError,
 };
-use mauve_timing::{Demand, Level, Lock, Method, Priority, Task, Time, Unit};
+use mauve_timing::{Demand, Level, Lock, Method, Order, Priority, Task, Time, Unit};
 
 use crate::locks::{LocksOfDeployment, locks_of};
 use crate::psm::{Psm, PsmResult, psm_of};
@@ -48,7 +48,9 @@ pub fn task_set_of<'db>(
         TaskEntry {
             component: resolved.component_name.to_string(),
             deadline: resolved.deadline.map(Number::from),
-            thread: resolved.thread.map(|_| resolved.activity.to_string()),
+            thread: resolved.thread.and(resolved.thread_name.as_ref()).map(ToString::to_string),
+            order: Some(resolved.order).filter(|order| *order != Order::List),
+            preemptive: resolved.is_not_preempted.then_some(false),
             offset: resolved.offset.map(Number::from),
             clock: Some(resolved.clock).filter(|clock| *clock > 0).map(|clock| Number::Whole(clock.into())),
             not_analysed: always.chain(refusals_of(&levels, &psms, &message)).chain(of_operations).collect(),

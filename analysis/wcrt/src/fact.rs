@@ -62,8 +62,10 @@ pub enum TimingFactKind<'db> {
         other: ActivityField,
         first: Location<'db>,
     },
-    /// An activity without a trigger has a field of one. With the location of its name.
-    FieldWithoutTrigger { of: Decl<'db>, id: SourceId, field: ActivityField },
+    /// An activity has a field without the other one that it belongs to. With the location of its name.
+    FieldWithoutOther { of: Decl<'db>, id: SourceId, field: ActivityField },
+    /// The first activity in the thread of an activity has another value of a field.
+    OtherInThread { thread: Name, field: ActivityField, first: Location<'db> },
     /// A field has an invalid value.
     InvalidField(ActivityField, InvalidValue),
     /// A background activity has a field that has an effect on real-time activities only. With the location of the field's name.

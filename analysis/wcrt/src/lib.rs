@@ -127,4 +127,4 @@ pub use timetable::{
 };
 pub use timing_facts::timing_facts;
 pub use triggers::trigger_facts;
-pub use what_if::WhatIfField;
+pub use what_if::{WhatIfField, in_threads};

@@ -22,7 +22,8 @@ pub fn priority_facts<'db>(
         activities.iter().filter_map(|activity| Some((activity.priority.real_time()?, activity))).collect();
     let stale = stale(db, project, of, &ranked);
     // The instances of one thread count once.
-    ranked.dedup_by_key(|(_, it)| (it.activity.clone(), it.thread.ok_or(it.at.clone())));
+    let mut threads = FxHashSet::default();
+    ranked.retain(|(_, it)| it.thread.is_none_or(|thread| threads.insert((thread, it.priority))));
     let declared = activities_of(db, of);
     let priority_at = |instance: &Name| {
         let field = declared.get(instance)?.field(ActivityField::Priority)?;

@@ -2,7 +2,7 @@
 
 use mauve_timing::task_set::{TaskSet, TaskSetError};
 use mauve_timing::{
-    Blocking, Bound, CpuLoad, CpuSet, Priority, Response, SetAnalysis, Status, Task, TaskOperation, Time,
+    Blocking, Bound, CpuLoad, CpuSet, Order, Priority, Response, SetAnalysis, Status, Task, TaskOperation, Time,
 };
 use rustc_hash::FxHashSet;
 
@@ -171,7 +171,8 @@ impl<'db> DeployedTasks<'db> {
         let at = self.reports.get(index).and_then(|it| it.at.clone());
         let served = self.served_by(index, analysis);
         let unknown = served.filter(|(of, _, _, calls)| of.time > Time::ZERO && calls.is_none());
-        let is_periodic = self.tasks.all().get(index).is_some_and(Task::is_periodic);
+        let is_served = |it: &Task| it.is_periodic() && it.order == Order::List;
+        let is_periodic = self.tasks.all().get(index).is_some_and(is_served);
         let refusal = |(_, operation, client, _)| {
             let reason = Reason::Calls(match is_periodic {
                 true => CallsReason::NoResponse { operation, client },

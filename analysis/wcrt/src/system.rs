@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use mauve_timing::{CpuSet, Needs, Priority, Task, Time};
+use mauve_timing::{CpuSet, Needs, Order, Priority, Task, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{TimingFact, TimingFactKind};
@@ -16,10 +16,10 @@ use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
-    ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FeatureOf, FieldEntry, FieldValue, Flat,
+    ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldValue, Flat,
     FlatInstance, GatewayConfig, Hosts, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project,
     Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment, field_entry,
-    flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of, similar,
+    flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of, same_fields, similar,
     similar_field, too_large,
 };
 
@@ -84,6 +84,8 @@ pub struct ResolvedActivity<'db> {
     pub trigger: Option<Trigger>,
     /// The name of the activity; that of the instance, unless the activity executes several instances in one thread.
     pub activity: Name,
+    /// The name of the thread that executes its jobs and those of others.
+    pub thread_name: Option<Name>,
     /// Whether its jobs begin with the wake-up of their thread, and so have its overhead: unless an earlier instance of the thread has. A
     /// thread wakes up once for a job of each, and the first one delays all others. (A call of an operation, a wait and a lock may wake it once
     /// more: each has an overhead of its own.)
@@ -121,6 +123,9 @@ impl<'db> ResolvedActivity<'db> {
     /// Enters the value of a field, unless it names something that is to be resolved.
     fn set(&mut self, field: ActivityField, value: &FieldValue) {
         match *value {
+            FieldValue::Thread(ref thread) => self.thread_name = Some(thread.clone()),
+            FieldValue::Order(order) => self.task.order = order,
+            FieldValue::Truth(is_preemptive) => self.task.is_not_preempted = !is_preemptive,
             FieldValue::Cpus(cpus) => self.task.cpus = Some(cpus),
             FieldValue::Priority(priority) => self.task.priority = Priority::RealTime(priority),
             FieldValue::Background => self.task.priority = Priority::Background,
@@ -148,8 +153,11 @@ impl<'db> ResolvedActivity<'db> {
             ActivityField::Priority => self.task.priority = Priority::Unknown,
             ActivityField::Period | ActivityField::Rate | ActivityField::Least => self.task.period = None,
             ActivityField::Deadline => self.task.deadline = None,
+            ActivityField::Preemptive => self.task.is_not_preempted = true,
             // The refusal is enough: nothing else is derived from them.
             ActivityField::Instances
+            | ActivityField::Thread
+            | ActivityField::Order
             | ActivityField::Trigger
             | ActivityField::Burst
             | ActivityField::Jitter
@@ -262,6 +270,7 @@ impl<'db> SystemReader<'db> {
         }
         self.gateways();
         self.cpus(&entries);
+        self.threads(data);
         self.below_middleware();
     }
 
@@ -435,6 +444,7 @@ impl<'db> SystemReader<'db> {
             is_exact: true,
             trigger: None,
             activity: name.clone(),
+            thread_name: None,
             wakes: true,
             refusals: Vec::new(),
             unknown_priority: None,
@@ -460,6 +470,7 @@ impl<'db> SystemReader<'db> {
         let mut found = self.resolved(name, at.clone(), instance);
         found.activity = activity.name.name.clone();
         found.task.thread = entry.thread;
+        found.thread_name = entry.thread.map(|_| activity.name.name.clone());
         found.wakes = entry.number == 0;
         found.task.cpus = Some(CpuSet::NONE);
         let is_repeated = instance.is_some_and(|instance| instance.repeated);
@@ -586,17 +597,17 @@ impl<'db> SystemReader<'db> {
             }
             reported.extend(pair);
         }
-        for field in FIELDS_OF_TRIGGER {
+        for [field, other] in DEPENDENT_FIELDS {
             let Some(written) = fields.written.get(&field) else { continue };
-            if fields.written.contains_key(&ActivityField::Trigger) {
+            if fields.written.contains_key(&other) {
                 continue;
             }
             let (of, id) = (self.of, written.name.id);
             found.refuse(Reason::UnusableField(field), self.at(id));
             found.forget(field);
-            // An unknown field may be the trigger.
+            // An unknown field may be the other one.
             if !fields.has_unknown && reported.insert(field) {
-                self.report(self.at(id), TimingFactKind::FieldWithoutTrigger { of, id, field });
+                self.report(self.at(id), TimingFactKind::FieldWithoutOther { of, id, field });
             }
         }
     }
@@ -690,6 +701,9 @@ impl<'db> SystemReader<'db> {
                 near => near,
             };
             let near = near.filter(|near| activity.field(*near).is_none());
+            if near == Some(ActivityField::Preemptive) {
+                found.forget(ActivityField::Preemptive);
+            }
             self.report(at, TimingFactKind::UnknownField { name, near });
             fields.has_unknown = true;
             return;
@@ -747,6 +761,63 @@ impl<'db> SystemReader<'db> {
         let taken: FxHashSet<u32> = others.filter_map(priority).collect();
         let below = taken.iter().min().map_or(1, |least| least.saturating_sub(1)).min(99);
         (below.max(1)..=99).find(|priority| !taken.contains(priority)).unwrap_or(1)
+    }
+
+    /// Enters the threads that execute several activities. Refuses activities of one thread that it could not execute.
+    fn threads(&mut self, data: &Deployment) {
+        let mut first_of: FxHashMap<Name, usize> = FxHashMap::default();
+        let mut numbers: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
+        for index in 0..self.found.activities.len() {
+            let activity = &mut self.found.activities[index];
+            let Some(thread) = activity.thread_name.clone().filter(|_| activity.thread.is_none()) else {
+                continue;
+            };
+            if activity.order == Order::List {
+                activity.task.order = Order::Fifo;
+            }
+            let first = *first_of.entry(thread).or_insert(index);
+            numbers.entry(first).or_default().push(index);
+        }
+        for (first, members) in numbers {
+            if members.len() == 1 {
+                let alone = &mut self.found.activities[first];
+                (alone.task.order, alone.thread_name) = (Order::List, None);
+            }
+            for index in members.into_iter().filter(|it| *it != first) {
+                let number = u32::try_from(data.activities.len() + first).ok();
+                let [one, other] = [first, index].map(|it| &self.found.activities[it]);
+                let differing = [
+                    (ActivityField::Order, one.order != other.order),
+                    (ActivityField::Priority, one.priority != other.priority),
+                    (ActivityField::Cpus, one.task.cpus != other.task.cpus),
+                    (ActivityField::Preemptive, one.is_not_preempted != other.is_not_preempted),
+                ];
+                let differing = differing.into_iter().find(|(_, differs)| *differs);
+                if let Some((field, _)) = differing {
+                    self.other_in_thread(data, [first, index], field);
+                }
+                for it in [first, index] {
+                    self.found.activities[it].task.thread = number;
+                }
+            }
+        }
+    }
+
+    /// Refuses two activities of a thread, with different values of a field.
+    fn other_in_thread(&mut self, data: &Deployment, indices: [usize; 2], field: ActivityField) {
+        let [first, other] = indices.map(|it| &self.found.activities[it]);
+        let is_known = first.refusals.is_empty() && other.refusals.is_empty();
+        let (first_at, thread) = (first.at.clone(), other.thread_name.clone().unwrap_or_default());
+        let written = data.activities.iter().find(|it| it.executes(&other.instance));
+        let written = written.and_then(|of| same_fields(&field).iter().find_map(|it| of.field(*it)));
+        let at = written.map_or(other.at.clone(), |it| self.at(it.value_id));
+        for index in indices {
+            let activity = &mut self.found.activities[index];
+            activity.refuse(Reason::UnusableField(ActivityField::Thread), activity.at.clone());
+        }
+        if is_known {
+            self.report(at, TimingFactKind::OtherInThread { thread, field, first: first_at });
+        }
     }
 
     /// Enters the connected operations. Refuses the activities that may also provide an operation whose connection is unknown.

@@ -60,7 +60,7 @@ impl<'db> DeployedTasks<'db> {
             instance: resolved.instance.clone(),
             component_name: resolved.component_name.clone(),
             component: resolved.component,
-            thread: resolved.thread.map(|_| resolved.activity.clone()),
+            thread: resolved.thread_name.clone(),
             wakes: resolved.wakes,
             at: Some(resolved.at.clone()),
             unknown_priority: resolved.unknown_priority.clone(),

@@ -10,8 +10,8 @@ use mauve_timing::Time;
 
 use crate::reason::ActivityField;
 use crate::system::{ResolvedActivity, System, read};
-use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
-use mauve_hir::{Decl, ModelDb, Project, deployment, same_fields};
+use mauve_hir::item_tree::{Activity, Deployment, Expr, Field, Literal, Name, NameRef};
+use mauve_hir::{Decl, ModelDb, PLACES, Project, deployment, same_fields};
 
 /// Another value of a field of an activity.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -57,9 +57,27 @@ pub(crate) fn system_if<'db>(
     deployment(db, of).map_or_else(System::default, read)
 }
 
+/// Returns the values with those that the other activities of a thread get with them: it has one priority, and one set of CPUs.
+pub fn in_threads(data: &Deployment, what_if: &[WhatIfField]) -> Vec<WhatIfField> {
+    let mut all = Vec::new();
+    for it in what_if {
+        let thread =
+            |of: &Activity| of.field(ActivityField::Thread)?.value.as_name().map(|it| it.name.clone());
+        let own = data.activities.iter().find(|of| of.executes(&it.instance)).and_then(|of| thread(of));
+        let is_of_thread = it.field == ActivityField::Priority || PLACES.contains(&it.field);
+        let own = own.filter(|_| is_of_thread);
+        let mates = data.activities.iter().filter(|of| own.is_some() && thread(of) == own);
+        let mates = mates.flat_map(|of| &of.instances).filter(|of| of.name != it.instance);
+        all.extend(mates.map(|of| WhatIfField { instance: of.name.clone(), ..it.clone() }));
+        all.push(it.clone());
+    }
+    all
+}
+
 fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {
+    let what_if = in_threads(data, what_if);
     let mut data = data.clone();
-    for WhatIfField { instance, field, value } in what_if {
+    for WhatIfField { instance, field, value } in &what_if {
         for activity in data.activities.iter_mut().filter(|it| it.executes(instance)) {
             let activity = Arc::make_mut(activity);
             // An error in a value that is not in the text is reported at the activity.

@@ -26,7 +26,7 @@
 (field
   .
   (name_ref) @property
-  (#any-of? @property "instances" "affinity" "cpus" "priority" "trigger" "least" "period" "rate" "burst" "deadline" "jitter" "offset"))
+  (#any-of? @property "instances" "thread" "order" "affinity" "cpus" "priority" "preemptive" "trigger" "least" "period" "rate" "burst" "deadline" "jitter" "offset"))
 
 ; Names
 

@@ -36,12 +36,15 @@ keyword_set! {
 }
 
 keyword_set! {
-    /// `instances`, `affinity`, `cpus`, `priority`, `trigger`, `least`, `period`, `rate`, `burst`, `deadline`, `jitter`, `offset`.
+    /// `instances`, `thread`, `order`, `affinity`, `cpus`, `priority`, `preemptive`, `trigger`, `least`, `period`, `rate`, `burst`, `deadline`, `jitter`, `offset`.
     ActivityField {
         Instances "instances" INSTANCES_KW;
+        Thread "thread" THREAD_KW;
+        Order "order" ORDER_KW;
         Affinity "affinity" AFFINITY_KW;
         Cpus "cpus" CPUS_KW;
         Priority "priority" PRIORITY_KW;
+        Preemptive "preemptive" PREEMPTIVE_KW;
         Trigger "trigger" TRIGGER_KW;
         Least "least" LEAST_KW;
         Period "period" PERIOD_KW;

@@ -71,10 +71,12 @@ syntax_kinds! {
         OFFSET_KW "offset";
         OLD_DATA_KW "old_data";
         OPERATION_KW "operation";
+        ORDER_KW "order";
         OUT_KW "out";
         OUTPUT_KW "output";
         PERIOD_KW "period";
         PORT_KW "port";
+        PREEMPTIVE_KW "preemptive";
         PRIORITY_KW "priority";
         PROPERTY_KW "property";
         PROVIDE_KW "provide";
@@ -89,6 +91,7 @@ syntax_kinds! {
         STOP_KW "stop";
         SUCCESS_KW "success";
         THEN_KW "then";
+        THREAD_KW "thread";
         TO_KW "to";
         TRANSITION_KW "transition";
         TRIGGER_KW "trigger";

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
-    ACTIVITY_FIELDS, Decl, EXCLUSIVE_FIELDS, FIELDS_OF_TRIGGER, FieldEntry, Type, deployment, flat_of,
+    ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FieldEntry, Type, deployment, flat_of,
     hosts_of, likely_declaration, platform_of,
 };
 use mauve_syntax::SyntaxKind::{self, *};
@@ -143,6 +143,9 @@ impl<'db> Completer<'_, 'db> {
             ([_, EQ, _, L_BRACK, ..], Some(ActivityField::Trigger)) => self.triggers(),
             ([_, EQ, L_BRACK, ..], Some(ActivityField::Instances)) => self.listed_instances(),
             ([_, EQ], Some(ActivityField::Instances)) => self.skeleton("[…]", "[$1]"),
+            ([_, EQ], Some(ActivityField::Thread)) => self.threads(),
+            ([_, EQ], Some(ActivityField::Order)) => self.words(&["fifo", "any"]),
+            ([_, EQ], Some(ActivityField::Preemptive)) => self.words(&["false", "true"]),
             ([_, EQ], Some(ActivityField::Rate)) => self.skeleton("30 Hz", "${1:30} Hz"),
             ([_, EQ], _) => self.value_of(Some(Type::INT)),
             _ if self.at.may_begin => self.fields(),
@@ -159,6 +162,20 @@ impl<'db> Completer<'_, 'db> {
             let note = CpuSet::of(cpu).to_string();
             self.add(Completion::new(CompletionKind::Value, written(cpu)).note(note));
         }
+    }
+
+    fn words(&mut self, words: &[&str]) {
+        words.iter().for_each(|word| self.add(Completion::new(CompletionKind::Value, *word)));
+    }
+
+    /// Offers the threads of the other activities.
+    fn threads(&mut self) {
+        let activities =
+            self.decl.and_then(|of| deployment(self.db, of)).map_or(&[][..], |it| &it.activities);
+        let fields = activities.iter().filter_map(|it| it.field(ActivityField::Thread));
+        let names: BTreeSet<String> =
+            fields.filter_map(|it| Some(it.value.as_name()?.name.to_string())).collect();
+        names.iter().for_each(|name| self.add(Completion::new(CompletionKind::Value, name.as_str())));
     }
 
     /// Returns the name of the activity at the cursor.
@@ -200,7 +217,7 @@ impl<'db> Completer<'_, 'db> {
             self.target().is_some_and(|of| flat_of(self.db, self.project, of).instance(&name).is_some());
         let fits = |field: ActivityField| match field {
             ActivityField::Instances if is_instance => false,
-            field if FIELDS_OF_TRIGGER.contains(&field) && !has(ActivityField::Trigger) => false,
+            field if DEPENDENT_FIELDS.iter().any(|[one, other]| *one == field && !has(*other)) => false,
             field => EXCLUSIVE_FIELDS
                 .iter()
                 .all(|[one, other]| !(field == *one && has(*other) || field == *other && has(*one))),

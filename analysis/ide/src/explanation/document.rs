@@ -145,7 +145,12 @@ impl<'db> Explanation<'_, 'db> {
             line(words(format!("{others} more activities")), String::new(), String::new(), of_others);
         }
         if sum.blocking > Time::ZERO {
-            line(words("lower priorities that hold locks"), String::new(), String::new(), sum.blocking);
+            let are_preempted = self.report.activities.iter().all(|it| !it.is_not_preempted);
+            let what = match are_preempted {
+                true => "lower priorities that hold locks",
+                false => "lower priorities that are not preempted, or hold locks",
+            };
+            line(words(what), String::new(), String::new(), sum.blocking);
         }
         let without_bar = [
             ("on several CPUs at once", "−", sum.at_once),

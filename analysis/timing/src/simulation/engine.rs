@@ -309,8 +309,7 @@ impl<'a> Engine<'a> {
         let task = |thread: &SimulatedThread| set.all().get(thread.task).filter(|task| task.thread.is_some());
         for index in 0..self.threads.len() {
             let Some(of) = task(&self.threads[index]) else { continue };
-            let of_thread = |it: &Task| it.is_mate(of) || it.is_queued_with(of);
-            let is_mate = |&other: &usize| task(&self.threads[other]).is_some_and(of_thread);
+            let is_mate = |&other: &usize| task(&self.threads[other]).is_some_and(|it| it.shares_thread(of));
             let mates: Vec<usize> = (0..self.threads.len()).filter(is_mate).collect();
             if mates.len() > 1 && mates.first() == Some(&index) {
                 let mates: Rc<[usize]> = mates.into();

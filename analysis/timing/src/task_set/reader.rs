@@ -10,8 +10,8 @@ use super::{
 };
 use crate::level::MOST_LEVELS;
 use crate::{
-    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Order, Priority, Rounding, StateMachine,
-    Task, TaskOperation, Tasks, Time, Waits,
+    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Order, Priority, Rounding, StateMachine, Task,
+    TaskOperation, Tasks, Time, Waits,
 };
 
 type Result<T> = std::result::Result<T, TaskSetError>;
@@ -87,7 +87,8 @@ impl<'a> TaskSetReader<'a> {
         let operation = |(number, entry): (usize, &OperationEntry)| {
             self.operation(number, entry, &indices).map_err(|error| error.of("operation", &entry.name))
         };
-        let activities = all("task", &self.set.task, Self::task)?;
+        let mut activities = all("task", &self.set.task, Self::task)?;
+        self.order(&mut activities);
         for (entry, task) in self.set.task.iter().zip(&activities) {
             let first = task.thread.and_then(|first| activities.get(first as usize)).unwrap_or(task);
             check_mates(entry, task, first).map_err(|error| error.of("task", &entry.name))?;
@@ -126,7 +127,7 @@ impl<'a> TaskSetReader<'a> {
         }
         let burst = u64::from(count("burst", &entry.burst, 1)?);
         if entry.sporadic || burst > 1 {
-            let is_list = entry.thread.is_some() && entry.order.unwrap_or_default() == Order::List;
+            let is_list = entry.thread.is_some() && entry.order == Some(Order::List);
             let has = [("offset", entry.offset.is_some()), ("thread", is_list)];
             if let Some((key, _)) = has.into_iter().find(|(_, has)| *has) {
                 return Err(TaskSetError::NotPeriodic(key));
@@ -169,7 +170,6 @@ impl<'a> TaskSetReader<'a> {
             burst,
             is_sporadic: entry.sporadic,
             thread: self.thread(entry),
-            order: entry.order.unwrap_or_default(),
             is_not_preempted: entry.preemptive == Some(false),
             offset,
             clock: count("clock", &entry.clock, 0)?,
@@ -185,6 +185,20 @@ impl<'a> TaskSetReader<'a> {
         let thread = entry.thread.as_ref()?;
         let first = self.set.task.iter().position(|it| it.thread.as_ref() == Some(thread));
         first.and_then(|first| u32::try_from(first).ok())
+    }
+
+    /// Enters the order of each thread: where it is left out, a list if the thread can release its tasks together, otherwise any.
+    fn order(&self, tasks: &mut [Task]) {
+        for (index, entry) in self.set.task.iter().enumerate() {
+            let Some(of) = tasks.get(index).filter(|of| of.thread.is_some()).cloned() else { continue };
+            let mut mates = self.set.task.iter().zip(tasks.iter()).filter(|(_, it)| it.thread == of.thread);
+            let is_list = mates.all(|(entry, it)| {
+                let has_releases = (it.period, it.jitter) == (of.period, of.jitter) && it.is_periodic();
+                entry.order.is_none() && (has_releases || it.period.is_none() || of.period.is_none())
+            });
+            let left_out = if is_list { Order::List } else { Order::Any };
+            tasks[index].order = entry.order.unwrap_or(left_out);
+        }
     }
 
     fn lock(&self, entry: &LockEntry, indices: &HashMap<&str, usize>) -> Result<Lock> {

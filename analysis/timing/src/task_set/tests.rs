@@ -380,7 +380,7 @@ fn what_is_refused_of_a_task() {
             Of { section: "task", name: "front", error: NoCount { key: "clock", text: "-1", least: 0 } }
             Repeated("task", "rear")
             Syntax { message: "invalid type: null, expected a string", line: 82 }
-            Syntax { message: "unknown field `priod`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 94 }
+            Syntax { message: "unknown field `priod`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `order`, `preemptive`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 94 }
             Of { section: "task", name: "front", error: TimeAndMachine }
             Of { section: "task", name: "front", error: Missing { key: "time", level: Level { bits: 4562254508917369340 } } }
             Of { section: "task", name: "front", error: NoState("Busy") }
@@ -419,9 +419,7 @@ fn threads_bursts_and_sporadic_tasks() {
     assert_eq!(read.activities()[1].deadline, Some(Time::from_nanos(30_000_000)));
     let other = |key: &str| format!("OtherInThread {{ key: \"{key}\", thread: \"my drivers\" }}");
     for (from, to, error) in [
-        ("b,10,", "b,20,", other("period")),
         (",2,2,f", ",2,4,f", other("priority")),
-        ("b,10,,2,2,false", "b,10,,2,2,true", "NotPeriodic(\"thread\")".to_owned()),
         (",3,", ",0,", "NoCount { key: \"burst\", text: \"0\", least: 1 }".to_owned()),
         (",3,", ",1.5,", "NoCount { key: \"burst\", text: \"1.5\", least: 1 }".to_owned()),
     ] {
@@ -430,6 +428,34 @@ fn threads_bursts_and_sporadic_tasks() {
         let changed = format!("{}{to}{}", &text[..at], &text[at + from.len()..]);
         let found = refused(&changed, Notation::Csv);
         assert!(found.contains(&error), "{found}\n{error}");
+    }
+}
+
+#[test]
+fn orders_of_threads() {
+    let text = "name,period,time,priority,sporadic,thread,order,preemptive\na,10,1,2,,one,,\nb,10,2,2,,one,,false\n";
+    let orders = |text: &str| {
+        let read = TaskSet::parse(text, Notation::Csv).unwrap().at(level(1e-4), Method::Psm).unwrap();
+        let of = |task: &Task| (task.order, task.is_not_preempted);
+        [of(&read.activities()[0]), of(&read.activities()[1])]
+    };
+    assert_eq!(orders(text), [(Order::List, false), (Order::List, true)]);
+    // Those that a thread cannot release together.
+    let any = [(Order::Any, false), (Order::Any, true)];
+    assert_eq!(orders(&text.replace("b,10", "b,20")), any);
+    assert_eq!(orders(&text.replace("b,10,2,2,", "b,10,2,2,true")), any);
+    let fifo = text.replace("one,,", "one,fifo,");
+    assert_eq!(orders(&fifo), [(Order::Fifo, false), (Order::Fifo, true)]);
+    assert_eq!(orders(&fifo.replace("b,10,2,2,", "b,20,2,2,true")), orders(&fifo));
+    let list = text.replace("one,,", "one,list,");
+    for (refused_text, error) in [
+        (list.replace("b,10", "b,20"), "OtherInThread { key: \"period\", thread: \"one\" }"),
+        (list.replace("b,10,2,2,", "b,10,2,2,true"), "NotPeriodic(\"thread\")"),
+        (fifo.replacen("fifo", "any", 1), "OtherInThread { key: \"order\", thread: \"one\" }"),
+        (text.replacen("one,,", "one,lifo,", 1), "unknown variant `lifo`"),
+    ] {
+        let found = refused(&refused_text, Notation::Csv);
+        assert!(found.contains(error), "{found}\n{error}");
     }
 }
 
@@ -517,7 +543,7 @@ fn what_is_refused_of_a_text() {
         "name,period,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,priority\na,9,1\n": Of { section: "task", name: "a", error: Missing { key: "priority", level: Level { bits: 4547007122018943789 } } }
-        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
+        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `order`, `preemptive`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
         "name,period,machine\n\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 3 }
         "name,period,machine\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 2 }
         "name,period,time,priority\n\"a\nb\",9,1,1\n": Of { section: "task", name: "a\nb", error: ControlCharacter("a\nb") }

@@ -24,7 +24,7 @@
 (field
   .
   (name_ref) @variable.other.member
-  (#any-of? @variable.other.member "instances" "affinity" "cpus" "priority" "trigger" "least" "period" "rate" "burst" "deadline" "jitter" "offset"))
+  (#any-of? @variable.other.member "instances" "thread" "order" "affinity" "cpus" "priority" "preemptive" "trigger" "least" "period" "rate" "burst" "deadline" "jitter" "offset"))
 
 ; Names
 
