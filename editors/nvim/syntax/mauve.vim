@@ -60,7 +60,7 @@ syn match mauveKeyword /\<activity\ze\s\+\h/ nextgroup=mauveActivity skipwhite
 syn match mauveActivity /\h\w*/ contained nextgroup=mauveFields skipwhite skipempty
 syn region mauveFields start=/{/ end=/}/ contained
       \ contains=mauveField,mauveBackground,mauveNumber,mauveOperator,mauveComment
-syn keyword mauveField contained instances affinity cpus priority trigger least period rate burst deadline jitter offset
+syn keyword mauveField contained instances thread order affinity cpus priority preemptive trigger least period rate burst deadline jitter offset
 syn keyword mauveBackground contained background
 
 " A name that is not coloured, and is no keyword either.
