@@ -668,6 +668,8 @@ fn fields_of(it: &ActivityReport<'_>, hosts: &Hosts) -> Vec<(&'static str, Strin
         ("jitter", it.jitter.to_string()),
         ("offset", time(it.offset) + &clock),
         ("thread", it.thread.as_ref().map_or_else(|| "its own".to_owned(), Name::to_string)),
+        ("order", format!("{:?}", it.order).to_lowercase()),
+        ("preemptive", (!it.is_not_preempted).to_string()),
         ("wait", or_none(wait)),
     ]
 }

@@ -76,7 +76,7 @@ pub enum NoLateness {
     SeveralCpus,
     /// One of them waits.
     Waits,
-    /// One of them uses a lock.
+    /// One of them uses a lock, or a job on their CPU is not preempted.
     Locks,
     /// One of them sends or executes calls of operations.
     Calls,
@@ -171,7 +171,10 @@ fn members(tasks: &Tasks, activity: usize) -> Result<Vec<usize>, NoLateness> {
         return Err(NoLateness::Waits);
     }
     let is_member = |task: usize| members.binary_search(&task).is_ok();
-    if tasks.locks.iter().flat_map(|lock| &lock.users).any(|user| is_member(user.task)) {
+    let is_not_preempted = |task: &Task| task.is_not_preempted && task.cpus().meets(cpus);
+    if tasks.locks.iter().flat_map(|lock| &lock.users).any(|user| is_member(user.task))
+        || all.iter().any(is_not_preempted)
+    {
         return Err(NoLateness::Locks);
     }
     let calls = |task: &Task| task.has_calls || task.blocking > Time::ZERO;
