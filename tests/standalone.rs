@@ -90,15 +90,9 @@ fn checked(recording: &Path, project: &Path) -> Value {
     serde_json::from_slice(&found.stdout).unwrap_or_else(|error| panic!("{error}: {}", text(&found.stderr)))
 }
 
-/// The samples, their instances, for how long they run, and a chain.
+/// The samples, their instances, for how long they run, and a chain, if `mauve.toml` has none.
 const CHAINS: [(&str, usize, &str, &str); 3] = [
-    (
-        "p3dx",
-        10,
-        "300s",
-        "[chains.avoid]\nfrom = \"drivers.hokuyo_sweep\"\nto = \"drivers.aria_drive\"\nthrough = [\"guidance\", \"switch\"]\n\
-         while = [\"guidance.Steering\", \"switch.Automatic\"]\nanswers = [\"drivers.hokuyo_sweep\"]\n",
-    ),
+    ("p3dx", 10, "300s", ""),
     (
         "shared_cpus",
         6,

@@ -119,13 +119,7 @@ fn a_chain_without_a_bound_has_its_reason() {
 
 #[test]
 fn the_document_of_the_sample() {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
-    mauve_tests::copy(&models().join("p3dx"), &folder);
-    let config = std::fs::read_to_string(folder.join("mauve.toml")).unwrap();
-    let chain = "[chains.avoid]\nfrom = 'drivers.hokuyo_sweep'\nto = 'drivers.aria_drive'\nthrough = ['guidance', 'switch']\n\
-                 while = ['guidance.Steering', 'switch.Automatic']\nanswers = ['drivers.hokuyo_sweep']\nlatency = '600 ms'\n";
-    std::fs::write(folder.join("mauve.toml"), format!("{config}\n{chain}")).unwrap();
-    let found = run(&folder, &["--format", "json"]);
+    let found = run(&models().join("p3dx"), &["--format", "json"]);
     let document: Value = serde_json::from_str(&found.out).unwrap();
     let all = document["chains"].as_array().unwrap();
     let avoid = &all[0];

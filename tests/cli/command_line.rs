@@ -45,7 +45,7 @@ fn check_shows_the_sample_without_a_fault() {
         found.has("no errors, no warnings")
             && found.has(
                 "; all 9 deadlines are proved, if the 35 execution times hold and no codel waits; at 1e-4, about 16 executions an \
-                 hour may exceed their times\n"
+                 hour may exceed their times; the limit of the chain holds\n"
             ),
         "{}",
         found.out

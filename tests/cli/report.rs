@@ -70,6 +70,10 @@ fn the_robot_on_one_page() {
         page.contains("<p class=\"headline\">! 9 met · 1 tight</p>\n<p>All 9 deadlines are proved"),
         "{page}"
     );
+    assert!(
+        page.contains("<code>avoid</code></th><td><span class=\"figure met\">✓ ≤ 526 / 600 ms</span>"),
+        "{page}"
+    );
     // One form of a figure, here and in the tables.
     let wcrt = mauve(MAUVE, &models(), &["graph", "p3dx", "--format", "json"]).out;
     let wcrt: serde_json::Value = serde_json::from_str(&wcrt).unwrap();

@@ -268,8 +268,10 @@ fn the_probability_of_a_late_job_follows_the_text() {
 #[test]
 fn chains_of_a_deployment_follow_the_text() {
     let mut client = robot();
-    let config = client.open_file(&models().join("p3dx/mauve.toml"));
+    let mut config = client.open_file(&models().join("p3dx/mauve.toml"));
     let mut params = json!({"textDocument": {"uri": config.uri}});
+    let assumed = "while = [\"guidance.Steering\", \"switch.Automatic\"]\n";
+    client.edit(&mut config, assumed, "");
     let found = client.call("mauve/chains", params.clone()).unwrap();
     assert_eq!(found["hops"], json!([]));
     let first = &found["chains"][0];
@@ -279,10 +281,7 @@ fn chains_of_a_deployment_follow_the_text() {
     );
     assert!(!first["reasons"].as_array().unwrap().is_empty(), "{first}");
 
-    let mut config = config;
-    let declared = "[chains.avoid]\nfrom = \"drivers.hokuyo_sweep\"\nto = \"drivers.aria_drive\"\nthrough = [\"guidance\"]\n\
-                    while = [\"guidance.Steering\", \"switch.Automatic\"]\nanswers = [\"drivers.hokuyo_sweep\"]\n\n[project]";
-    client.edit(&mut config, "[project]", declared);
+    client.edit(&mut config, "latency = \"600 ms\"\n", assumed);
     params["deployment"] = json!("P3dxDeployment");
     params["drawing"] = json!("text");
     let found = client.call("mauve/chains", params.clone()).unwrap();

@@ -202,22 +202,6 @@ end)
 
 check('the chains of the deployment', function()
   vim.api.nvim_set_current_win(source_window)
-  vim.cmd.edit(vim.fs.joinpath(checking.folder, 'mauve.toml'))
-  local project = vim.api.nvim_get_current_buf()
-  wait('a client for it', function()
-    return #vim.lsp.get_clients({ bufnr = project, name = 'mauve' })
-  end, function(count)
-    return count == 1
-  end)
-  vim.api.nvim_buf_set_lines(0, -1, -1, false, {
-    '[chains.avoid]',
-    'from = "drivers.hokuyo_sweep"',
-    'to = "drivers.aria_drive"',
-    'through = ["guidance"]',
-    'while = ["guidance.Steering", "switch.Automatic"]',
-    'answers = ["drivers.hokuyo_sweep"]',
-    'latency = "600 ms"',
-  })
   vim.cmd.buffer(source)
   put_cursor('deployment P3dxDeployment')
   vim.cmd('Mauve chains')
@@ -239,9 +223,6 @@ check('the chains of the deployment', function()
     return seen:find('exploration_architecture.mal: .*guidance%.scan')
   end)
   vim.cmd.buffer(source)
-  vim.api.nvim_buf_call(project, function()
-    vim.cmd('silent undo')
-  end)
   vim.api.nvim_set_current_win(vim.fn.win_findbuf(chains)[1])
   press('q')
 end)

@@ -1,6 +1,6 @@
 // What a user sees of the panels and of the tree view: their texts, what a click and a key do, how they follow an edit, and how
 // they look in the colours of the themes. The page of a panel is a frame in a frame of the workbench.
-import { appendFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import * as path from "node:path";
 
 const THEMES = ["Default Light Modern", "Default High Contrast", "Default High Contrast Light", "Default Dark Modern"];
@@ -394,15 +394,8 @@ async function checkOthers({ page, expect, command, run, openAt, model }) {
   await expect("another activity that is chosen", probability, (it) => it.headline.endsWith("navigation: late at most 2.9e-4 times an hour"));
   await run("workbench.action.closeAllEditors");
 
-  appendFileSync(path.join(model, "mauve.toml"), `
-[chains.avoid]
-from = "drivers.hokuyo_sweep"
-to = "drivers.aria_drive"
-through = ["guidance"]
-while = ["guidance.Steering", "switch.Automatic"]
-answers = ["drivers.hokuyo_sweep"]
-latency = "500 ms"
-`);
+  const config = path.join(model, "mauve.toml");
+  writeFileSync(config, readFileSync(config, "utf8").replace('latency = "600 ms"', 'latency = "500 ms"'));
   await openAt("deployment.mal", "deployment P3dxDeployment");
   await command("MAUVE: Show Chains");
   const chains = () => seen(page, "chains");
