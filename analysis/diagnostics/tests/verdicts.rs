@@ -2042,7 +2042,10 @@ fn callbacks_of_one_thread() {
     let above = callbacks(of_thread, "priority = 60  period = 20");
     assert_eq!(above, "imu missed 14 ms\ncmd met 14 ms\nlog met 14 ms\ntop met 3 ms\n");
     // With a thread of its own, each of them may preempt the others; so in a thread with other values.
-    let other = callbacks("thread = control  cpus = [1]  priority = 50", "priority = 50  thread = control  period = 20  order = any");
+    let other = callbacks(
+        "thread = control  cpus = [1]  priority = 50",
+        "priority = 50  thread = control  period = 20  order = any",
+    );
     assert!(other.contains("top not-analysed"), "{other}");
 }
 
@@ -2050,10 +2053,7 @@ fn callbacks_of_one_thread() {
 #[test]
 fn jobs_that_are_not_preempted() {
     let found = |preemptive: &str| {
-        callbacks(
-            &format!("cpus = [1]  priority = 50  {preemptive}"),
-            "priority = 60  period = 20",
-        )
+        callbacks(&format!("cpus = [1]  priority = 50  {preemptive}"), "priority = 60  period = 20")
     };
     assert!(found("").ends_with("top met 3 ms\n"), "{}", found(""));
     assert!(found("preemptive = false").ends_with("top met 8 ms\n"), "{}", found("preemptive = false"));

@@ -90,6 +90,9 @@ pub(crate) fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>
                 Some(during) => operation.sends.checked_mul(counts.get(during).copied().flatten()?)?,
                 None => operation.sends,
             };
+            if operation.sends == 0 {
+                return Some(operation.starting);
+            }
             let least = response(operation.client)?.checked_add(period(operation.provider)?)?;
             let sent_in = |window: Time| {
                 let bursts = window.as_nanos().div_ceil(period(operation.client)?.as_nanos());

@@ -69,7 +69,7 @@ fn sent_by_jobs<'a, 'db>(
         let component = component.filter(|&component| *is_readable(db, project, component));
         let sends = component
             .map(|it| sends_of(db, project, it).get(&connected.required).copied().unwrap_or_default());
-        if sends.is_none_or(|it| it.most > 0) {
+        if sends.is_none_or(|it| it.most > 0 || it.starting > 0) {
             sent.push(Sent { connected, sends, during: None, chain: Vec::new() });
         }
     }
@@ -133,7 +133,10 @@ pub(crate) fn served_in<'db>(
                 found.refuse(system, connected.provider, CallsReason::NotAnalysed { operation, client });
                 None
             }
-            _ if client.priority == Priority::Background || client.period.is_none() => {
+            // Without a period, it may still send some when it starts.
+            (Some(SentCalls { most: 1.., .. }), _)
+                if client.priority == Priority::Background || client.period.is_none() =>
+            {
                 let client = client.instance.clone();
                 let why = CallsReason::ClientWithoutPeriod { operation, client };
                 found.refuse(system, connected.provider, why);

@@ -737,6 +737,9 @@ impl<'db> SystemReader<'db> {
             Ok(read) => found.set(field, &read),
             Err(why) => {
                 fields.has_misplaced |= field == ActivityField::Priority || PLACES.contains(&field);
+                if field == ActivityField::Preemptive {
+                    found.forget(field);
+                }
                 found.refuse(Reason::UnusableField(field), value.clone());
                 self.report(value, TimingFactKind::InvalidField(field, why));
             }
