@@ -15,7 +15,9 @@ use crate::lane::JobCounts;
 use crate::operations::counts;
 use crate::response_time::Lanes;
 use crate::trace_bound::Recurrence;
-use crate::{Bound, CpuRule, Method, Options, Order, Priority, SetAnalysis, StateMachine, TaskKind, Tasks, Time};
+use crate::{
+    Bound, CpuRule, Method, Options, Order, Priority, SetAnalysis, StateMachine, TaskKind, Tasks, Time,
+};
 
 /// The most jobs in the window of a claim.
 const MOST_JOBS: usize = 1 << 14;

@@ -28,7 +28,8 @@ use std::collections::BTreeSet;
 use crate::lane::LaneMember;
 use crate::response_time::{Lanes, better};
 use crate::{
-    Bound, Counted, CpuRule, CpuSet, Interference, Method, NoBoundReason, Priority, Response, Task, Time, Window,
+    Bound, Counted, CpuRule, CpuSet, Interference, Method, NoBoundReason, Priority, Response, Task, Time,
+    Window,
 };
 
 /// The budget of all tasks, shared equally, in visited members of hp(i).

@@ -21,7 +21,8 @@ impl Lane<'_, '_> {
     /// Replaces the responses of tasks that are not preempted by what counts for them, where that is less.
     pub(crate) fn begin_once(&mut self, found: &mut [LaneResponse]) {
         let mut places = 0..self.members.len();
-        if !matches!(self.rule, CpuRule::Cpu(_)) || !places.all(|it| self.members.get(it).task.cpus().is_one())
+        if !matches!(self.rule, CpuRule::Cpu(_))
+            || !places.all(|it| self.members.get(it).task.cpus().is_one())
         {
             return;
         }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::{Blocking, Bound, Demand, Method, Options, Order, Priority, Task, Tasks, Time, Waits, response_times};
+use crate::{
+    Blocking, Bound, Demand, Method, Options, Order, Priority, Task, Tasks, Time, Waits, response_times,
+};
 
 /// The maximum number of iterations, before and after the providers whose numbers of calls still grow count as unknown.
 const MOST_ROUNDS: u32 = 32;
@@ -100,7 +102,8 @@ pub(crate) fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>
                 sends.checked_mul(jobs.div_ceil(operation.every.max(1)))
             };
             let of_provider = of_thread(provider).unwrap_or(response(operation.provider));
-            let sent = of_provider.and_then(|it| sent_in(least.checked_add(it)?)?.checked_add(operation.starting));
+            let sent =
+                of_provider.and_then(|it| sent_in(least.checked_add(it)?)?.checked_add(operation.starting));
             let pending = operation.pending.and_then(|it| it.checked_add(sent_in(least)?));
             sent.into_iter().chain(pending).min()
         };

@@ -172,7 +172,16 @@ fn no_response_with_operations_exceeds_its_bound() {
             // The client may send in some jobs only, or when its last call has been executed.
             let every = if during.is_none() { systems.from(0, 3) } else { 0 };
             let pending = (during.is_none() && systems.from(0, 1) == 0).then(|| systems.from(1, 2));
-            set.operations.push(TaskOperation { provider, client, sends, every, starting: 0, pending, time, during });
+            set.operations.push(TaskOperation {
+                provider,
+                client,
+                sends,
+                every,
+                starting: 0,
+                pending,
+                time,
+                during,
+            });
         }
         set
     });

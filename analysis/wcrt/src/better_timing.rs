@@ -148,7 +148,8 @@ impl<'db> TimingSearch<'db> {
     /// misses its deadline.
     fn free_priorities(&self, activity: &ResolvedActivity<'db>) -> Vec<u32> {
         let Some(groups) = groups(self.variants.system) else { return Vec::new() };
-        let is_it = |it: &&ResolvedActivity<'db>| it.instance == activity.instance || it.shares_thread(activity);
+        let is_it =
+            |it: &&ResolvedActivity<'db>| it.instance == activity.instance || it.shares_thread(activity);
         let Some(group) = groups.iter().find(|group| group.activities.iter().any(is_it)) else {
             return Vec::new();
         };
@@ -381,7 +382,10 @@ fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<SharingGroup<'a, 'db>>
 
 /// Whether an activity is the first one that its thread executes.
 fn is_first_of_thread(activities: &[ResolvedActivity<'_>], activity: &ResolvedActivity<'_>) -> bool {
-    activities.iter().find(|it| it.shares_thread(activity)).is_none_or(|first| first.instance == activity.instance)
+    activities
+        .iter()
+        .find(|it| it.shares_thread(activity))
+        .is_none_or(|first| first.instance == activity.instance)
 }
 
 impl<'a, 'db> SharingGroup<'a, 'db> {

@@ -2,7 +2,8 @@
 
 use mauve_timing::task_set::{TaskSet, TaskSetError};
 use mauve_timing::{
-    Blocking, Bound, CpuLoad, CpuSet, Order, Priority, Response, SetAnalysis, Status, Task, TaskOperation, Time,
+    Blocking, Bound, CpuLoad, CpuSet, Order, Priority, Response, SetAnalysis, Status, Task, TaskOperation,
+    Time,
 };
 use rustc_hash::FxHashSet;
 

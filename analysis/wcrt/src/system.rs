@@ -19,8 +19,8 @@ use mauve_hir::{
     ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldValue, Flat,
     FlatInstance, GatewayConfig, Hosts, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project,
     Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment, field_entry,
-    flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of, same_fields, similar,
-    similar_field, too_large,
+    flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of,
+    same_fields, similar, similar_field, too_large,
 };
 
 /// The activities of a deployment.

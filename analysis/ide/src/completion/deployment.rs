@@ -307,7 +307,7 @@ deployment D {{
             "activity two { priority = 2 $0 }",
             expect![[r#"
                 1 period (in milliseconds) ⇒ "period = $1"
-                3 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
+                3 thread (the name of the thread that executes it, and other activities with this thread; by default a thread of its own) ⇒ "thread = $1"
             "#]],
         );
         check(
@@ -386,26 +386,25 @@ big = [2]
         check(
             "activity pair { priority = 2 $0 }",
             expect![[r#"
-            1 period (in milliseconds) ⇒ "period = $1"
-            2 instances (the instances that one thread executes in order, such as [imu, gps]; by default the instance of its name) ⇒ "instances = [$1]"
-            3 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
-            4 cpus (the CPUs as a list, such as [1, 2], or a set of mauve.toml; by default what `affinity` says) ⇒ "cpus = $1"
-            5 trigger (the input port whose data releases it, or any or all of several: any [scan, odometry]; by default its clock) ⇒ "trigger = $1"
-            7 rate (releases per second, such as 30 Hz, instead of a period; by default what `period` says) ⇒ "rate = ${1:30} Hz"
-            9 deadline (in milliseconds; by default the period) ⇒ "deadline = $1"
-        "#]],
+                1 period (in milliseconds) ⇒ "period = $1"
+                2 instances (the instances that one thread executes in order, such as [imu, gps]; by default the instance of its name) ⇒ "instances = [$1]"
+                3 thread (the name of the thread that executes it, and other activities with this thread; by default a thread of its own) ⇒ "thread = $1"
+                5 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
+                6 cpus (the CPUs as a list, such as [1, 2], or a set of mauve.toml; by default what `affinity` says) ⇒ "cpus = $1"
+                7 preemptive (whether a job that has begun may be preempted: true or false; by default `true`) ⇒ "preemptive = $1"
+                8 trigger (the input port whose data releases it, or any or all of several: any [scan, odometry]; by default its clock) ⇒ "trigger = $1"
+            "#]],
         );
         check(
             "activity two { priority = 2 trigger = scan $0 }",
             expect![[r#"
-            1 period (in milliseconds) ⇒ "period = $1"
-            3 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
-            4 cpus (the CPUs as a list, such as [1, 2], or a set of mauve.toml; by default what `affinity` says) ⇒ "cpus = $1"
-            6 least (the least time between two releases by data, in milliseconds; by default what `period` says) ⇒ "least = $1"
-            7 rate (releases per second, such as 30 Hz, instead of a period; by default what `period` says) ⇒ "rate = ${1:30} Hz"
-            8 burst (the greatest number of releases by data in a period; by default 1) ⇒ "burst = $1"
-            9 deadline (in milliseconds; by default the period) ⇒ "deadline = $1"
-        "#]],
+                1 period (in milliseconds) ⇒ "period = $1"
+                3 thread (the name of the thread that executes it, and other activities with this thread; by default a thread of its own) ⇒ "thread = $1"
+                5 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
+                6 cpus (the CPUs as a list, such as [1, 2], or a set of mauve.toml; by default what `affinity` says) ⇒ "cpus = $1"
+                7 preemptive (whether a job that has begun may be preempted: true or false; by default `true`) ⇒ "preemptive = $1"
+                9 least (the least time between two releases by data, in milliseconds; by default what `period` says) ⇒ "least = $1"
+            "#]],
         );
         check(
             "activity two { priority = 2 rate = $0 }",

@@ -121,7 +121,9 @@ fn fields(header: &[String], cells: &[&str]) -> Option<Map<String, Value>> {
         let words: Vec<&str> = cell.split_whitespace().collect();
         let value = match words.as_slice() {
             [_, _, ..] if !["name", "component", "thread"].contains(&key.as_str()) => words.into(),
-            [word] if ["sporadic", "preemptive"].contains(&key.as_str()) => word.parse().map_or_else(|_| (*word).into(), Value::Bool),
+            [word] if ["sporadic", "preemptive"].contains(&key.as_str()) => {
+                word.parse().map_or_else(|_| (*word).into(), Value::Bool)
+            }
             _ => (*cell).into(),
         };
         if fields.insert(key.clone(), value).is_some() {

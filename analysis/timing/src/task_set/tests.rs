@@ -433,7 +433,8 @@ fn threads_bursts_and_sporadic_tasks() {
 
 #[test]
 fn orders_of_threads() {
-    let text = "name,period,time,priority,sporadic,thread,order,preemptive\na,10,1,2,,one,,\nb,10,2,2,,one,,false\n";
+    let text =
+        "name,period,time,priority,sporadic,thread,order,preemptive\na,10,1,2,,one,,\nb,10,2,2,,one,,false\n";
     let orders = |text: &str| {
         let read = TaskSet::parse(text, Notation::Csv).unwrap().at(level(1e-4), Method::Psm).unwrap();
         let of = |task: &Task| (task.order, task.is_not_preempted);

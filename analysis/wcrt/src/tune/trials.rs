@@ -512,9 +512,8 @@ fn units<'db>(
             continue;
         }
         let is_pinned = request.pins.iter().any(|it| *it == activity.instance || *it == activity.activity);
-        let is_it = |it: &&mut TuneUnit<'_>| {
-            it.of.activity == activity.activity || it.of.is_queued_with(activity)
-        };
+        let is_it =
+            |it: &&mut TuneUnit<'_>| it.of.activity == activity.activity || it.of.is_queued_with(activity);
         if let Some(unit) = units.iter_mut().find(is_it) {
             // The thread has one priority, and each of its activities a period of its own.
             unit.is_periodic &= !unit.of.is_queued_with(activity);
