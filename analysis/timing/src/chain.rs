@@ -80,6 +80,8 @@ pub struct ChainStep {
     pub released: Option<ChainRelease>,
     /// Whether it is an operation that the step before calls: a call does not arrive as data at a port does.
     pub is_call: bool,
+    /// Whether each job that writes the port that the next step reads executes nothing after that.
+    pub ends_with_write: bool,
 }
 
 /// The buffer of a connection. A write into a full one drops its oldest value.

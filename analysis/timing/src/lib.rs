@@ -29,6 +29,7 @@
 //! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
 //! | `task_set.rs` | [`task_set`]: what a deployment runs, as a file in JSON |
 //! | `chain.rs` | [`Tasks::latency`]: how long data takes through several tasks |
+//! | `transaction.rs` | [`Tasks::steps_apart`]: chains that end before they start again, whose steps do not delay each other |
 //! | `trigger.rs` | [`Tasks::greatest_distance`]: when data releases tasks, and how far apart |
 //! | `write_time.rs` | [`Tasks::write_times`]: how long after its release a task has written |
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
@@ -95,6 +96,7 @@ mod testing;
 mod time;
 pub mod toml_key;
 mod trace_bound;
+mod transaction;
 mod trigger;
 mod utilisation;
 mod waits;

@@ -185,8 +185,7 @@ fn chain(system: &System) -> Option<Vec<ChainStep>> {
             gap: program.until(&program.writes),
             buffer,
             writes: Some(1),
-            released: None,
-            is_call: false,
+            ..ChainStep::default()
         });
     }
     Some(steps)

@@ -110,6 +110,14 @@ impl Core {
         self.edges.iter().any(|edge| edge.target == 0 && states.contains(&edge.source))
     }
 
+    /// Whether each job that writes ends with its first write.
+    pub(crate) fn ends_with_write(&self) -> bool {
+        self.edges.iter().all(|edge| {
+            let rest = edge.program.iter().skip_while(|it| !matches!(it, Write(_)));
+            !rest.into_iter().any(|it| matches!(it, Compute(_)))
+        })
+    }
+
     fn edges_of(&self, state: usize) -> impl Iterator<Item = &Edge> {
         self.edges.iter().filter(move |edge| edge.source == state)
     }

@@ -25,7 +25,7 @@ enum Value {
     New,
 }
 
-const TASKS: usize = 3;
+const TASKS: usize = 4;
 const MOST_BUFFERED: usize = 3;
 const NONE: u8 = u8::MAX;
 

@@ -27,6 +27,8 @@ enum Kind {
     Triggers,
     /// Data at any or at all of two ports releases the task that a chain reaches, or begins with.
     SeveralTriggers,
+    /// Chains that data releases, whose steps share CPUs with each other and with other tasks.
+    Transactions,
     /// One thread executes two or three of the tasks.
     Threads,
     /// Tasks on a CPU each that read at their start and write at their end.
@@ -110,7 +112,46 @@ impl Random {
         System::new((0..count).map(|cpu| task(self, cpu)).collect())
     }
 
+    /// Returns a chain whose first task alone has a clock, and other tasks of any priority.
+    fn transaction(&mut self) -> System {
+        let chain = self.within(2, 3) as usize;
+        let count = if self.one_in(6) { chain } else { self.within(chain as u64 + 1, 4) as usize };
+        let (cpus, period) = (self.within(1, 2), self.within(4, 9));
+        let task = |random: &mut Random, place: usize| {
+            let is_other = place >= chain;
+            let cost = Compute(if random.one_in(3) { 2 } else { 1 });
+            let core = match random.below(12) {
+                _ if is_other => looping(&[&[cost]]),
+                0 => random.core(),
+                1 => looping(&[&[Read(0), cost, Write(0), Compute(1)]]),
+                2 => looping(&[&[Read(0), cost, Write(0)], &[Read(0), Compute(1), Write(0)]]),
+                _ => looping(&[&[Read(0), cost, Write(0)]]),
+            };
+            let of_step = if random.one_in(2) { period } else { random.within(1, period + 1) };
+            let period = if is_other {
+                random.within(2, 6)
+            } else if place == 0 {
+                period
+            } else {
+                of_step
+            };
+            let is_triggered = place > 0 && !is_other && !random.one_in(8);
+            let task = task(random.below(cpus) as usize, random.below(4) as u32, period as u8, core);
+            Task {
+                jitter: if random.one_in(5) { random.below(period.min(3)) as u8 } else { 0 },
+                buffer: (is_triggered && random.one_in(20)).then_some(1),
+                trigger: is_triggered.then(|| if random.one_in(20) { 2 } else { 1 }),
+                ..task
+            }
+        };
+        let tasks = (0..count).map(|place| task(self, place)).collect();
+        System { chain, is_early: self.one_in(3), ..System::new(tasks) }
+    }
+
     fn chain(&mut self, kind: Kind) -> System {
+        if kind == Kind::Transactions {
+            return self.transaction();
+        }
         if matches!(kind, Kind::Apart | Kind::ApartAndSynchronised) {
             return self.apart(kind == Kind::ApartAndSynchronised);
         }
@@ -196,6 +237,8 @@ struct Totals {
     /// Chains of one, two and three tasks.
     steps: [u64; 3],
     less_by_priority: u64,
+    /// Bounds of the reaction that are attained, and all, where they are less since the steps do not delay each other.
+    apart: [u64; 2],
     with_earlier_write: u64,
     /// With one buffer that costs no time, and others; each with the number of attained bounds of the reaction.
     buffers: [[u64; 2]; 2],
@@ -230,6 +273,8 @@ impl Totals {
         let without = system.bounds(false).unwrap().latency;
         assert!(bounds.latency <= without, "priorities made a bound greater in\n{system:?}");
         self.less_by_priority += u64::from(bounds.latency < without);
+        self.apart[0] += u64::from(bounds.is_apart && reaction == bounds.latency);
+        self.apart[1] += u64::from(bounds.is_apart);
         self.with_earlier_write += u64::from(bounds.has_earlier_write);
         let parts = &bounds.found.parts;
         let mut buffers =
@@ -317,6 +362,14 @@ fn no_data_that_releases_tasks_at_several_ports_is_older_than_a_bound() {
         [any, all].iter().all(|[attained, of]| attained * 100 > *of && of * 4 > totals.explored),
         "{totals:?}"
     );
+}
+
+/// Also where tasks between two steps let one delay the other, and where a job does not end with its write.
+#[test]
+fn no_data_of_a_transaction_is_older_than_a_bound() {
+    let totals = explore_random_chains(Kind::Transactions, 12);
+    let [attained, all] = totals.apart;
+    assert!(all * 10 > totals.explored && attained * 3 > all, "{totals:?}");
 }
 
 #[test]
