@@ -114,6 +114,13 @@ pub fn not_lasting(chain: &ChainReport<'_>) -> Option<String> {
     Some(format!("{instance} may overwrite the effect: {}", overwrite(by)))
 }
 
+/// Returns why the latency of a chain counts less than the response times of its steps.
+pub fn steps_apart(chain: &ChainReport<'_>) -> Option<&'static str> {
+    chain.is_apart.then_some(
+        "steps on one CPU do not delay each other: all of them end before the first one starts again",
+    )
+}
+
 /// Returns what is wrong with the declaration of a chain.
 fn chain_problem(problem: &ChainProblem) -> String {
     match problem {

@@ -430,7 +430,9 @@ mod types;
 
 use cause::Cause;
 pub use chain_broken::help_of_chain;
-pub use chain_reasons::{chain_reason, connection_reason, not_lasting, overwrite, reasons_of_chain};
+pub use chain_reasons::{
+    chain_reason, connection_reason, not_lasting, overwrite, reasons_of_chain, steps_apart,
+};
 pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, first_error, project_diagnostics, workspace_diagnostics, workspace_findings,

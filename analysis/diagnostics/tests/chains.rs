@@ -7,8 +7,8 @@ use expect_test::{Expect, expect};
 use mauve_diagnostics::chain_reason;
 use mauve_hir::{Database, Workspace, deployed};
 use mauve_timing::Method;
-use mauve_wcrt::Query;
 use mauve_wcrt::chains::{ChainReason, ConnectionReport, chains_of, connections_of};
+use mauve_wcrt::{Query, certificate_of};
 
 use crate::common::{LEVEL, deployments, sample, workspace};
 
@@ -244,6 +244,75 @@ deployment D {
             s.o -> a.act: `m` is released by data that `f` may never write again
         "#]],
     );
+}
+
+/// The steps on CPU 1, and those on CPU 3, cannot be active at once. (The offset example of pyCPA, after Palencia and González Harbour.)
+#[test]
+fn a_chain_that_ends_before_it_starts_again() {
+    let model = |period: &str, finish: &str| {
+        let step = |name: &str, ports: &str, read: &str, write: &str| {
+            format!(
+                "codel do_{name}(in v: int): int  shell S{name} {{ {ports} }}
+core C{name}(S{name}) {{ var v: int = 0;  update = {{ {read} v = do_{name}(v); {write} }} }}  component {name}(S{name}, C{name})\n"
+            )
+        };
+        let first = step("t21", "output port o: int", "", "write(o, v);");
+        let ports = "input port i: int  output port o: int";
+        let steps = ["t22", "t23"].map(|name| step(name, ports, "read(i, v);", "write(o, v);")).concat();
+        let late = step("t24", ports, "read(i, v);", &format!("write(o, v); {finish}"));
+        let last = step("t25", "input port i: int", "read(i, v);", "");
+        let others = ["t11", "t12", "t31", "t51"].map(|name| step(name, "", "", "")).concat();
+        format!(
+            "{first}{steps}codel finish(): void  {late}{last}{others}
+architecture A {{
+  instance t11: t11  instance t12: t12  instance t21: t21  instance t22: t22  instance t23: t23
+  instance t24: t24  instance t25: t25  instance t31: t31  instance t51: t51
+  connection t21.o -> t22.i  connection t22.o -> t23.i  connection t23.o -> t24.i  connection t24.o -> t25.i
+}}
+deployment D {{
+  architecture A
+  activity t11 {{ cpus = [1] priority = 9 period = 20 }}
+  activity t12 {{ cpus = [4] priority = 5 period = 300 }}
+  activity t21 {{ cpus = [1] priority = 5 period = {period} }}
+  activity t22 {{ cpus = [3] priority = 5 trigger = i least = {period} }}
+  activity t23 {{ cpus = [2] priority = 5 trigger = i least = {period} }}
+  activity t24 {{ cpus = [3] priority = 5 trigger = i least = {period} }}
+  activity t25 {{ cpus = [1] priority = 5 trigger = i least = {period} }}
+  activity t31 {{ cpus = [2] priority = 9 period = 30 }}
+  activity t51 {{ cpus = [2] priority = 4 period = 200 }}
+}}
+//- /times.toml
+codel = {{ do_t11 = 4, do_t12 = 1, do_t21 = 20, do_t22 = 25, do_t23 = 15, do_t24 = 34, do_t25 = 30, do_t31 = 5, do_t51 = 100, finish = 1 }}
+//- /mauve.toml
+timing.tables = ['times.toml']
+platform = {{ cpus = 4, rt_throttling = false }}
+chains.s1 = {{ from = 'do_t21', to = 'do_t25', latency = '300 ms' }}
+"
+        )
+    };
+    let latency = |text: &str| {
+        let db = Database::default();
+        let workspace = workspace(&db, text);
+        let (project, decl) = deployments(&db, workspace)[0];
+        let chain = &chains_of(&db, project, decl, QUERY).all[0];
+        let parts = certificate_of(&db, project, decl, QUERY, &|_| String::new());
+        assert_eq!((&*chain.name, &parts["chains"]), ("s1", &serde_json::json!([])));
+        let not_certified = serde_json::json!(["chain s1", "released-by-data"]);
+        let is_open = !chain.is_within_limit();
+        assert!(is_open || parts["not_certified"].as_array().unwrap().contains(&not_certified));
+        (chain.is_apart, chain.latency.unwrap().as_nanos() / 1_000_000)
+    };
+    // CPU 1: 20 + 2·4 and 30 + 2·4; CPU 3: 25 and 34; CPU 2: 15 + 5. A change just after `t21` has looked waits for its period:
+    // 150 + 28 + 25 + 20 + 34 + 38. All but the wait, 145, is within the period.
+    assert_eq!(latency(&model("150", "")), (true, 295));
+    assert_eq!(latency(&model("145", "")), (true, 290));
+    // With all steps on a CPU: 20 + 30 + 4·4, 25 + 34, 15 + 5, 25 + 34, 30 + 20 + 4·4.
+    assert_eq!(latency(&model("144", "")), (false, 144 + 66 + 59 + 20 + 59 + 66));
+    // A task of the same priority on CPU 1: a step delays it, and it delays the other step, and so on.
+    let between = model("150", "").replace("cpus = [4]", "cpus = [1]");
+    assert_eq!(latency(&between), (false, 150 + 67 + 59 + 20 + 59 + 67));
+    // After its write, `t24` executes for 1 ms, beside the next steps: it counts for `t22`, and `t22` for it.
+    assert_eq!(latency(&model("300", "finish();")), (true, 300 + 28 + 60 + 20 + 59 + 38));
 }
 
 /// A sample of a topic is written by the gateway, every 5 ms, and releases the filter: once in 20 ms.

@@ -60,6 +60,8 @@ pub struct ChainReport<'db> {
     pub limit: Option<Time>,
     /// Its steps, as far as they are known.
     pub steps: Vec<ChainStepReport<'db>>,
+    /// Whether the latency counts no delay of steps by other steps on their CPU, since the chain ends before it starts again.
+    pub is_apart: bool,
     /// Why there is no latency.
     pub reasons: Vec<ChainReason<'db>>,
     /// The statement of the last component that may overwrite the effect by older data: the effect is not lasting. None if it keeps.

@@ -272,6 +272,51 @@ pub(crate) fn write_costs<'db>(
     passages_of(db, project, core, assumption).all.iter().map(cost).collect()
 }
 
+/// Returns whether each job of a component that writes this port executes no codel or operation after that, and accesses no port that
+/// takes time.
+#[salsa::tracked]
+pub(crate) fn ends_with_write<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    of: Decl<'db>,
+    level: Level,
+    port: Name,
+) -> bool {
+    let Ok(behaviour) = behaviour_behind(db, tables.project(db), of) else { return false };
+    let mut evaluator = PsmEvaluator::new(db, of, behaviour, times_of(db, tables, of), level, &|_| None);
+    let programs = behaviour.programs.iter().map(|program| evaluator.after_write(&program.cost, &port));
+    let programs: Vec<AfterWrite> = programs.collect();
+    let whole =
+        |before: AfterWrite, index: usize| before.then(programs.get(index).copied().unwrap_or_default());
+    behaviour.edges.sums(AfterWrite::default(), whole).iter().all(|it| !it.goes_on)
+}
+
+/// What a part of a job does, with regard to a port.
+#[derive(Clone, Copy, Default)]
+struct AfterWrite {
+    /// It may write the port.
+    writes: bool,
+    /// It may take time.
+    takes_time: bool,
+    /// It may take time after it has written the port.
+    goes_on: bool,
+}
+
+impl AfterWrite {
+    fn or(self, other: AfterWrite) -> AfterWrite {
+        AfterWrite {
+            writes: self.writes || other.writes,
+            takes_time: self.takes_time || other.takes_time,
+            goes_on: self.goes_on || other.goes_on,
+        }
+    }
+
+    fn then(self, other: AfterWrite) -> AfterWrite {
+        let goes_on = self.writes && other.takes_time;
+        AfterWrite { goes_on: goes_on || self.goes_on || other.goes_on, ..self.or(other) }
+    }
+}
+
 /// The times of codels and programs that replace those of the tables; `None` where the tables count.
 pub(crate) type OtherTimes<'a, 'db> = &'a dyn Fn(&Timed<'db>) -> Option<Time>;
 
@@ -491,6 +536,24 @@ impl<'a, 'db> PsmEvaluator<'a, 'db> {
             _ => programs.get(last).copied().flatten()?,
         };
         self.with_switches(&sum.then(part)?)
+    }
+
+    /// Returns what a program does with regard to a port. What the operations do that it executes is not known.
+    fn after_write(&mut self, cost: &CostGraph<'db>, port: &Name) -> AfterWrite {
+        let found = cost.folded(|part, known: &[AfterWrite]| {
+            let of = |index: &u32| known.get(*index as usize).copied().unwrap_or_default();
+            match part {
+                Cost::Nothing | Cost::One(Execution::Send(_)) => AfterWrite::default(),
+                Cost::One(Execution::Access(used)) => {
+                    let takes_time = self.access(used) != Some(TakenPaths::NOTHING);
+                    AfterWrite { writes: used == port, takes_time, goes_on: false }
+                }
+                Cost::Sum(one, other) => of(one).then(of(other)),
+                Cost::Greatest(one, other) => of(one).or(of(other)),
+                _ => AfterWrite { takes_time: true, ..AfterWrite::default() },
+            }
+        });
+        found.unwrap_or_default()
     }
 
     /// Returns the context switches of the waits; none if they take too long. To leave the CPU is one, to return another, for each wait:

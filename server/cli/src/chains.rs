@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use clap::ValueEnum;
 use mauve_diagnostics::figure::{TIGHT_SLACK, chain_figure};
-use mauve_diagnostics::{errors_of, help_of_chain, not_lasting, origins, reasons_of_chain, times_of};
+use mauve_diagnostics::{
+    errors_of, help_of_chain, not_lasting, origins, reasons_of_chain, steps_apart, times_of,
+};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Flat, Project, config_of, deployed, file_and_line, hosts_of, ros2_of};
 use mauve_ide::{Drawing, draw_chains, drawn_chains};
@@ -159,6 +161,7 @@ impl ChainsCommand {
             if chain.latency.is_some() {
                 out += &it.hops(chain);
             }
+            out.extend(steps_apart(chain).map(|why| format!("  {why}\n")));
             reasons_of_chain(it.db, chain).iter().for_each(|why| out += &format!("  {why}\n"));
             let (places, remedy) = help_of_chain(it.db, it.project, it.deployment, chain);
             for (at, why) in places {

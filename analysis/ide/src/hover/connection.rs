@@ -10,7 +10,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{chain_reason, connection_reason, not_lasting, overwrite};
+use mauve_diagnostics::{chain_reason, connection_reason, not_lasting, overwrite, steps_apart};
 use mauve_hir::{ModelDb, Project, declaration_at};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, TextRange};
@@ -163,6 +163,7 @@ fn chain_text<'db>(db: &'db dyn ModelDb, chain: &ChainReport<'db>) -> String {
         })
         .collect();
     parts(&mut out, &sums);
+    out.extend(steps_apart(chain).map(|why| format!("  {why}\n")));
     if let Some(age) = chain.age_at_write.filter(|age| *age < latency) {
         let _ =
             writeln!(out, "  when it is written, the effect shows data that is at most {} old", short(age));

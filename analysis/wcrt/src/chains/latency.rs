@@ -18,7 +18,7 @@ use super::{
     DeclaredChain, WayStep,
 };
 use crate::priorities::is_stale;
-use crate::psm::{is_readable, write_costs};
+use crate::psm::{ends_with_write, is_readable, write_costs};
 use crate::reason::Reason;
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::{response_times, response_times_if};
@@ -306,8 +306,13 @@ impl<'db> Sums<'db> {
         self.assumed = way.steps.iter().map(|step| (step.instance, step.assumption)).collect();
         self.distances.clear();
         let stages = self.stages(&way.steps.iter().collect::<Vec<_>>(), true);
-        let steps = self.steps(&stages, None, &mut reasons);
-        let found = self.sum(&steps, &stages, &mut reasons);
+        let mut steps = self.steps(&stages, None, &mut reasons);
+        let mut found = self.sum(&steps, &stages, &mut reasons);
+        let apart = found.as_ref().and_then(|of| self.apart(&steps, &stages, of.latency));
+        let is_apart = apart.is_some();
+        if let Some((of_apart, latency)) = apart {
+            (steps, found) = (of_apart.into_iter().map(Some).collect(), Some(latency));
+        }
         let mut parts = found.as_ref().map_or(&[] as &[_], |it| it.parts.as_slice()).iter();
         let report = |(stage, found): (&Stage<'_, 'db>, &Option<ChainStep>)| {
             let (instance, connection, passage) = match stage {
@@ -343,8 +348,45 @@ impl<'db> Sums<'db> {
             limit: None,
             steps,
             overwritten: way.steps.last().and_then(|step| self.overwritten(step)),
+            is_apart,
             reasons,
         }
+    }
+
+    /// Returns the steps if they do not delay each other, with their latency, if it is less than this one.
+    fn apart(
+        &self,
+        steps: &[Option<ChainStep>],
+        stages: &[Stage<'_, 'db>],
+        latency: Time,
+    ) -> Option<(Vec<ChainStep>, ChainLatency)> {
+        if !steps.iter().skip(1).flatten().any(|step| step.released.is_some_and(|it| it.by_data)) {
+            return None;
+        }
+        let stages = stages.iter().zip(steps).enumerate().map(|(index, (stage, step))| {
+            let Stage::Step(of) = stage else { return None };
+            // Other programs may write a topic.
+            let is_of_topic = index > 0 && self.topic(of, 0).is_some();
+            let ends_with_write = self.ends_with_write(of);
+            Some(ChainStep { ends_with_write, ..step.clone()? }).filter(|_| !is_of_topic)
+        });
+        let chain = stages.collect::<Option<Vec<ChainStep>>>()?;
+        let interrupt = || self.db.unwind_if_revision_cancelled();
+        let chain = self.report.tasks.steps_apart(&chain, &self.query.options(false), &interrupt)?;
+        let found = self.report.tasks.latency(&chain, true).ok()?;
+        (found.latency < latency).then_some((chain, found))
+    }
+
+    /// Returns whether the write with which data leaves a step ends each job that writes there.
+    fn ends_with_write(&self, step: &WayStep<'db>) -> bool {
+        let (PassageEnd::Port(port), Some((task, _))) = (&step.ends[1], self.activity(step)) else {
+            return false;
+        };
+        let component = self.flat.instances.get(step.instance).and_then(|it| it.component);
+        let activity = self.system.activities.get(task);
+        component.zip(activity).is_some_and(|(component, of)| {
+            *ends_with_write(self.db, of.tables, component, self.query.level, port.clone())
+        })
     }
 
     /// Returns whether data only decides what a step writes.
