@@ -54,6 +54,7 @@ local function new_task(name)
       return done("mauve_executes", name, ...)
     end,
     mauve_has_buffer = function(_, ...) check(1, ...) return done("mauve_has_buffer", name, ...) end,
+    mauve_is_not_preempted = function(_, ...) check(0, ...) return done("mauve_is_not_preempted", name, ...) end,
     mauve_released_by = function(_, ...)
       check(4, ...)
       assert(not connected[name .. "." .. (...)], "a port that is connected loses its connections")

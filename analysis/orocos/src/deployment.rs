@@ -7,7 +7,7 @@ use mauve_hir::{
     Decl, FeatureOf, Flat, FlatInstance, Hosts, Integer, Location, ModelDb, Type, Value, ValueInEffect,
     closure, core as core_data, core_of, deployment, file_and_line, hosts_of, platform_of, values_in_effect,
 };
-use mauve_timing::{CpuSet, Needs, Time};
+use mauve_timing::{CpuSet, Needs, Order, Time};
 use mauve_wcrt::{Priority, ResolvedActivity, system_of};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -92,6 +92,11 @@ impl RunnableDeployment {
         threads.iter_mut().for_each(|thread| thread.sort_by_key(|task| task.place));
         threads
     }
+}
+
+/// Whether the instances of a thread have releases of their own.
+pub(crate) fn is_queue(thread: &[&DeployedTask]) -> bool {
+    thread.iter().any(|task| task.activity.order != Order::List)
 }
 
 impl DeployedTask {

@@ -13,13 +13,16 @@
 use mauve_hir::Value;
 use mauve_timing::CpuSet;
 
-use crate::deployment::{BACKGROUND, DeployedTask, RunnableDeployment, TopicStreams};
+use crate::deployment::{BACKGROUND, DeployedTask, RunnableDeployment, TopicStreams, is_queue};
 use crate::escape::lua_string;
 use crate::generated_file::generated_from;
 use crate::origin::comment_lines;
 use crate::template::{filled, flag, lines};
 
 pub(crate) fn script(deployed: &RunnableDeployment) -> String {
+    if let Some(queue) = deployed.threads().iter().find(|thread| is_queue(thread)) {
+        return refusal(deployed, queue);
+    }
     let streams = deployed.streams.as_ref();
     let with_values = deployed.in_order().filter(|task| task.has_values);
     let operations = deployed.operations.iter().map(|[required, provided]| {
@@ -50,6 +53,24 @@ pub(crate) fn script(deployed: &RunnableDeployment) -> String {
         ("order", lines(deployed.in_order().map(|task| format!("  {},", lua_string(&task.name))))),
     ];
     filled(include_str!("../templates/deployment.lua"), &values)
+}
+
+/// Returns the script of a deployment with a queue, which Orocos would execute in another order: it runs nothing.
+fn refusal(deployed: &RunnableDeployment, queue: &[&DeployedTask]) -> String {
+    let names: Vec<&str> = queue.iter().map(|task| task.name.as_str()).collect();
+    let message = format!(
+        "One thread executes {} in the order of their releases, which Orocos cannot: use `mauve run`, or \
+         `mauve generate --standalone`.\nNothing runs.",
+        names.join(", ")
+    );
+    lines([
+        format!("-- {}", generated_from(&deployed.package)),
+        "--".to_owned(),
+        comment(&deployed.description),
+        String::new(),
+        format!("error({}, 0)", lua_string(&message)),
+        String::new(),
+    ])
 }
 
 /// Returns a step, with the message if it fails.
@@ -114,6 +135,10 @@ fn activities(thread: &[&DeployedTask]) -> Vec<String> {
         all.push(step(&format!("deployer:setMasterSlaveActivity({master}, {slave})"), &what));
         all.push(step(&format!("task({master}):mauve_executes({slave})"), &what));
     }
+    all.extend(thread.iter().filter(|task| task.activity.is_not_preempted).map(|task| {
+        let call = format!("task({}):mauve_is_not_preempted()", lua_string(&task.name));
+        step(&call, &format!("give {} the highest priority", task.name))
+    }));
     all.extend(thread.iter().map(|task| {
         let priority = task.activity.priority.real_time().unwrap_or_default();
         let mask = task.activity.cpus.and_then(mask).unwrap_or_default();

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `mauve_runs_as(priority, cpus)` | RTT lowers a scheduler or a priority that it cannot have, and keeps the CPUs of a thread where it cannot set them: the thread itself looks what it has |
 //! | `mauve_released_by(port, least, burst, needs_all)` | RTT's event ports know no gap between releases |
+//! | `mauve_is_not_preempted()` | RTT gives a thread one priority for good |
 //! | `mauve_executes(peer)` | a slave activity of RTT executes nothing until its master's component calls it |
 //! | `MauveCall` | RTT's owner of an operation executes it whenever it is asked to, also while the deployer's thread executes its `configure`, `start` or `stop` |
 //! | `mauve_send`, `mauve_collect` | RTT throws in the caller where an operation throws in its owner |

@@ -58,6 +58,8 @@ class MauveTask : public RTT::TaskContext {
         .arg("least", "the gap between releases, in seconds")
         .arg("burst", "the number of releases in that time")
         .arg("needs_all", "whether a release needs data at all of these inputs, and not only at one");
+    addOperation("mauve_is_not_preempted", &MauveTask::mauve_is_not_preempted, this, RTT::ClientThread)
+        .doc("A period of the component that has begun has the highest priority until its end.");
     addOperation("mauve_executes", &MauveTask::mauve_executes, this, RTT::ClientThread)
         .doc("The component's thread executes each period of a peer before its own: a slave activity.")
         .arg("peer", "the name of the peer");
@@ -68,7 +70,9 @@ class MauveTask : public RTT::TaskContext {
     is_known_ = true;
     priority_ = priority;
     cpus_ = cpus;
+    mauve_raise(true);
     is_scheduled_ = mauve_is_scheduled();
+    mauve_raise(false);
 #ifndef MAUVE_RUNTIME
     // Late periods are caught up, as many as there are: Orocos would end the thread after some.
     if (getActivity() != nullptr && getActivity()->thread() != nullptr) getActivity()->thread()->setMaxOverrun(-1);
@@ -112,6 +116,13 @@ class MauveTask : public RTT::TaskContext {
     });
 #endif
     return trigger != nullptr;
+  }
+
+  // Executed by the deployer's thread, before `mauve_runs_as`. Without Orocos, MAUVE's own runtime raises the priority of each
+  // period.
+  bool mauve_is_not_preempted() {
+    is_not_preempted_ = true;
+    return true;
   }
 
   // Executed by the deployer's thread, before the component starts.
@@ -211,6 +222,7 @@ class MauveTask : public RTT::TaskContext {
     executes_in_ = std::this_thread::get_id();
 #ifndef MAUVE_RUNTIME
     if (!triggers_.empty() && !mauve_is_released()) return false;
+    mauve_raise(true);
 #endif
     if (is_first_period_ && is_known_ && !mauve_is_scheduled()) {
       exception();
@@ -235,12 +247,16 @@ class MauveTask : public RTT::TaskContext {
       if (it.unread > 0 && mauve_is_buffered(it.port->getName())) mauve_release(it);
     }
 #endif
-    if (!has_period_port_) return;
-    const double period = triggers_.empty() ? getPeriod() : least_;
-    if (period > 0 && mauve_now(CLOCK_MONOTONIC) > release_ + period) ++overruns_;
-    period_[0] = mauve_now(CLOCK_THREAD_CPUTIME_ID) - begin_;
-    period_[1] = overruns_;
-    period_port_.write(period_);
+    if (has_period_port_) {
+      const double period = triggers_.empty() ? getPeriod() : least_;
+      if (period > 0 && mauve_now(CLOCK_MONOTONIC) > release_ + period) ++overruns_;
+      period_[0] = mauve_now(CLOCK_THREAD_CPUTIME_ID) - begin_;
+      period_[1] = overruns_;
+      period_port_.write(period_);
+    }
+#ifndef MAUVE_RUNTIME
+    mauve_raise(false);
+#endif
   }
 
   // Returns the status of a read, by which the component knows whether a buffer has more.
@@ -306,6 +322,9 @@ class MauveTask : public RTT::TaskContext {
   // this component; and while the deployer stops it, the deployer executes the same hooks.
   void exception() override {
     const std::thread::id self = std::this_thread::get_id();
+#ifndef MAUVE_RUNTIME
+    if (executes_in_.load() == self) mauve_raise(false);
+#endif
     if (refuses_in_.load() == self) {
       refuses_in_ = std::thread::id();
       return;
@@ -317,6 +336,8 @@ class MauveTask : public RTT::TaskContext {
 
  private:
   enum Gate { Closed, Open, Busy };
+
+  enum { highest_priority = 99 };
 
   struct Refusal : std::exception {
     const char* what() const noexcept override { return "the component is not running: it refuses the call"; }
@@ -375,6 +396,14 @@ class MauveTask : public RTT::TaskContext {
 #endif
   }
 
+  // In the component's thread: from now on it has the priority of a period that has begun, or its own one. `mauve_is_scheduled` checks it.
+  void mauve_raise(bool is_raised) {
+    if (!is_not_preempted_ || priority_ == 0) return;
+    sched_param parameter = {};
+    parameter.sched_priority = is_raised ? highest_priority : priority_;
+    sched_setparam(0, &parameter);
+  }
+
   // Logs the differences from the analysed scheduling. MAUVE_ALLOW_NON_REALTIME=true accepts them.
   bool mauve_is_scheduled() const {
     const std::string difference = mauve_difference();
@@ -393,14 +422,15 @@ class MauveTask : public RTT::TaskContext {
     const int said = sched_getscheduler(0);
     if (said < 0 || sched_getparam(0, &has) != 0) return "the scheduler of its thread is unknown";
     const int policy = said & ~SCHED_RESET_ON_FORK;
+    const int expected = is_not_preempted_ ? highest_priority : priority_;
     std::ostringstream out;
     if (priority_ == 0 && policy != SCHED_OTHER) {
       out << "it runs with a real-time scheduler, but is analysed as a background activity; ";
     } else if (priority_ > 0 && policy != SCHED_FIFO) {
       out << "its scheduler is not SCHED_FIFO (is the user permitted to use it? `ulimit -r` shows "
-          << "the highest permitted priority, and " << priority_ << " is needed); ";
-    } else if (priority_ > 0 && has.sched_priority != priority_) {
-      out << "its priority is " << has.sched_priority << " instead of " << priority_ << "; ";
+          << "the highest permitted priority, and " << expected << " is needed); ";
+    } else if (priority_ > 0 && has.sched_priority != expected) {
+      out << "its priority is " << has.sched_priority << " instead of " << expected << "; ";
     }
     cpu_set_t cpus;
     CPU_ZERO(&cpus);
@@ -448,6 +478,8 @@ class MauveTask : public RTT::TaskContext {
   bool is_known_ = false;
   bool is_scheduled_ = false;
   int priority_ = 0;
+  // Whether a period that has begun has the highest priority.
+  bool is_not_preempted_ = false;
   unsigned int cpus_ = 0;
   // The CPUs of `mauve_runs_on`, if it was called.
   cpu_set_t only_ = {};

@@ -2,8 +2,8 @@
 //
 //   CPUs (a mask), instant of the last release
 //   for each task: period, offset, priority, CPUs, the number of releases in a period and the tasks whose jobs write what releases it,
-//   any of them (1,2) or all (1&2), or -1 and -1, the task whose thread it shares, or -1, the number of times, the execution times of its
-//   jobs, again and again
+//   any of them (1,2) or all (1&2), or -1 and -1, the task whose thread it shares, or -1, followed by `q` if that executes jobs in the order
+//   of their releases and by `n` if its jobs are not preempted, the number of times, the execution times of its jobs, again and again
 
 #include <cstdint>
 #include <iostream>
@@ -53,9 +53,9 @@ int main() {
   mauve::Scheduling scheduling;
   mauve::Nanoseconds offset = 0;
   std::size_t count = 0;
-  int burst = -1, leader = -1;
-  std::string sources;
-  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> own_cpus >> burst >> sources >> leader >> count) {
+  int burst = -1;
+  std::string sources, thread;
+  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> own_cpus >> burst >> sources >> thread >> count) {
     scheduling.cpus = own_cpus;
     tasks.emplace_back(new Task(std::to_string(tasks.size()), scheduling));
     Task& task = *tasks.back();
@@ -63,7 +63,6 @@ int main() {
     task.times.resize(count);
     for (mauve::Nanoseconds& time : task.times) std::cin >> time;
     task.thread.hold();
-    if (leader >= 0) task.thread.run_in(tasks.at(static_cast<std::size_t>(leader))->thread);
     std::istringstream in(sources);
     for (int source = -1; in >> source && source >= 0; in.ignore()) {
       task.in.emplace_back(new RTT::InputPort<int>("in" + std::to_string(source)));
@@ -71,6 +70,16 @@ int main() {
       const bool needs_all = sources.find('&') != std::string::npos;
       task.thread.release_by(*task.in.back(), static_cast<std::uint64_t>(burst), needs_all);
     }
+    const int leader = std::stoi(thread);
+    if (leader >= 0) {
+      mauve::PeriodicThread& other = tasks.at(static_cast<std::size_t>(leader))->thread;
+      if (thread.find('q') != std::string::npos) {
+        task.thread.queue_in(other);
+      } else {
+        task.thread.run_in(other);
+      }
+    }
+    if (thread.find('n') != std::string::npos) task.thread.set_not_preempted();
     task.thread.start(&task);
     task.thread.release_until(end);
   }

@@ -1,10 +1,15 @@
 // Sources that write faster than their readers are released; readers that data release, in a chain; and components that share a thread.
 // The gap between releases is kept, no value is lost, and a shared thread keeps its order. Two readers join the values of two sources:
-// any releases one, and all are needed by the other. Argument: the periods of each source.
+// any releases one, and all are needed by the other. A thread with a queue executes periods of two clocks and of two readers in the order
+// of their releases. Argument: the periods of each source.
 
+#include <sched.h>
+
+#include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <deque>
+#include <map>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -89,6 +94,46 @@ class Node : public RTT::TaskContext {
   const std::uint64_t most_;
 };
 
+// One of a queue: a reader, whose `other` gets each value before it or after it in turn; or executed by a clock.
+class Queued : public RTT::TaskContext {
+ public:
+  explicit Queued(const std::string& name) : RTT::TaskContext(name), in("in") {}
+
+  void updateHook() override {
+    sched_param has = {};
+    if (sched_getscheduler(0) == SCHED_FIFO && sched_getparam(0, &has) == 0) CHECK(has.sched_priority == (is_not_preempted ? 99 : 1));
+    std::uint64_t number = 0;
+    if (other == nullptr || in.read(number, false) != RTT::NewData) return;
+    CHECK(number == last + 1 && other->last + (number % 2 == place ? 1 : 0) == number);
+    last = number;
+  }
+
+  RTT::InputPort<std::uint64_t> in;
+  std::atomic<std::uint64_t> last{0};
+  const Queued* other = nullptr;
+  std::size_t place = 0;
+  bool is_not_preempted = false;
+};
+
+// Writes to both readers of a queue, one after the other, when both have had the value before.
+class Turns : public RTT::TaskContext {
+ public:
+  Turns() : RTT::TaskContext("turns"), outs{{"even"}, {"odd"}} {}
+
+  void updateHook() override {
+    for (const auto& reader : readers) {
+      if (reader->last < number) return;
+    }
+    ++number;
+    outs[number % 2].write(number);
+    outs[1 - number % 2].write(number);
+  }
+
+  RTT::OutputPort<std::uint64_t> outs[2];
+  std::array<const Queued*, 2> readers{};
+  std::uint64_t number = 0;
+};
+
 // The last releases of a reader.
 struct Releases {
   std::size_t burst = 1;
@@ -125,7 +170,7 @@ int main(int argc, char** argv) {
     if (leader != nullptr) node.thread->run_in(*leader->thread);
     return activity;
   };
-  const auto start = [&](Node& node, RTT::Activity* activity) {
+  const auto start = [&](RTT::TaskContext& node, RTT::Activity* activity) {
     is_fine = node.setActivity(activity) && is_fine;
   };
   for (std::size_t index = 0; index < chains.size(); ++index) {
@@ -173,6 +218,35 @@ int main(int argc, char** argv) {
     if (place == 0) group[0]->thread->hold();
     start(*group[place], activity);
   }
+  // Readers of the numbers 0 and 1, and clocks.
+  const mauve::Nanoseconds clocks[] = {1, 1, 200000, 700000};
+  Turns turns;
+  std::vector<std::unique_ptr<Queued>> queued;
+  std::vector<mauve::PeriodicThread*> queued_threads;
+  for (std::size_t place = 0; place < 4; ++place) {
+    queued.emplace_back(new Queued("queued" + std::to_string(place)));
+    Queued& node = *queued.back();
+    node.place = place;
+    node.is_not_preempted = place % 2 == 1;
+    auto* const activity = new RTT::Activity(ORO_SCHED_RT, 1, 1e-9 * static_cast<double>(clocks[place]), 0u, nullptr, node.getName());
+    mauve::PeriodicThread& thread = activity->thread();
+    queued_threads.push_back(&thread);
+    thread.context().trace = &queue;
+    thread.hold();
+    if (node.is_not_preempted) thread.set_not_preempted();
+    if (place < 2) is_fine = turns.outs[place].connectTo(&node.in, RTT::ConnPolicy::data()) && is_fine;
+    if (place < 2) is_fine = thread.release_by(node.in, 1, false) && is_fine;
+    if (place > 0) thread.queue_in(*queued_threads[0]);
+    start(node, activity);
+  }
+  for (std::size_t place = 0; place < 2; ++place) queued[place]->other = turns.readers[1 - place] = queued[1 - place].get();
+  start(turns, new RTT::Activity(ORO_SCHED_OTHER, 0, 1e-9 * static_cast<double>(period), 0u, nullptr, "turns"));
+  for (const auto& node : queued) is_fine = node->start() && is_fine;
+  // All know it by then. What came before it would be released at it.
+  const mauve::Nanoseconds first = mauve::now() + 20000000;
+  for (mauve::PeriodicThread* thread : queued_threads) thread->release_at(first);
+  while (mauve::now() < first) mauve::pause();
+  is_fine = turns.start() && is_fine;
   for (std::size_t place = 3; place-- > 0;) is_fine = group[place]->start() && is_fine;
   group[0]->thread->release_at(mauve::now());
   for (Chain& chain : chains) {
@@ -183,11 +257,19 @@ int main(int argc, char** argv) {
   RTT::TaskContext caller("caller");
   std::vector<Node*> called{group[1].get(), group[2].get()};
   for (Chain& chain : chains) called.push_back(chain.second.get());
+  mauve::Nanoseconds last_queued = 0;
+  std::map<std::string, mauve::Nanoseconds> last_of;
   const auto drain = [&] {
     for (const mauve::TraceRecord& record : queue.take()) {
       if (record.kind != mauve::TraceRecord::Period) continue;
       const std::string name = record.instance;
       const std::size_t index = static_cast<std::size_t>(name.back() - '0');
+      if (name.compare(0, 6, "queued") == 0) {
+        CHECK(record.release >= last_queued);
+        mauve::Nanoseconds& before = last_of[name];
+        if (index >= 2 && before > 0) CHECK(record.release == before + clocks[index]);
+        last_queued = before = record.release;
+      }
       if (name.compare(0, 5, "first") == 0) chains[index].of_first.add(record.release);
       if (name.compare(0, 6, "second") == 0) chains[index].of_second.add(record.release);
     }
@@ -229,6 +311,16 @@ int main(int argc, char** argv) {
     }
     for (Node* node : {chain.source.get(), chain.first.get(), chain.second.get()}) node->setActivity(nullptr);
   }
+  is_fine = turns.stop() && is_fine;
+  turns.setActivity(nullptr);
+  queued_threads[0]->stop();
+  for (std::size_t place = 0; place < 4; ++place) {
+    CHECK(place >= 2 || queued[place]->last + 1 >= turns.number);
+    CHECK(queued_threads[place]->statistics().periods > 0);
+    jobs += queued_threads[place]->statistics().periods;
+    is_fine = queued[place]->stop() && is_fine;
+  }
+  for (const auto& node : queued) node->setActivity(nullptr);
   group[0]->thread->stop();
   for (const auto& node : group) jobs += node->thread->statistics().periods;
   const std::uint64_t shared = group[0]->thread->statistics().periods;

@@ -74,8 +74,10 @@ struct ActivityData {
   int priority;
   Cpus cpus;
   Nanoseconds offset, deadline, bound;
-  // The instance whose thread executes it, if it is another one.
+  // The instance whose thread executes it, if it is another one; whether it has releases of its own then; and whether a period that has
+  // begun has the highest priority.
   std::string thread;
+  bool is_queued, is_not_preempted;
   // The inputs whose data release it, if some do, and whether it needs data at each.
   std::vector<std::string> inputs;
   std::uint64_t burst;
@@ -335,7 +337,7 @@ void Robot::State::close_gateways() const {
 
 int Robot::State::greatest_priority() const {
   int greatest = 0;
-  for (const ActivityData& it : activities) greatest = std::max(greatest, it.priority);
+  for (const ActivityData& it : activities) greatest = std::max(greatest, it.is_not_preempted ? highest_priority : it.priority);
   return greatest;
 }
 
@@ -412,8 +414,9 @@ void Robot::State::create_activities() {
     if (options.simulates_time || options.spends_times) context.times = &times;
     context.spent_percent = 80;
     (trace ? context.trace : context.followed) = records.get();
-    // A thread wakes up once for all that it executes.
-    if (it.priority > 0 && it.thread.empty()) thread.set_overhead(overhead);
+    // A thread wakes up once for all that it executes in a period.
+    if (it.priority > 0 && (it.thread.empty() || it.is_queued)) thread.set_overhead(overhead);
+    if (it.is_not_preempted) thread.set_not_preempted();
     threads.push_back(&thread);
     if (activity ? !task(it.instance).setActivity(activity.release()) : !thread.start(it.gateway)) {
       throw Cannot("the activity of " + it.instance + " cannot be created");
@@ -429,9 +432,6 @@ void Robot::State::create_activities() {
 }
 
 void Robot::State::set_releases(const ActivityData& activity, PeriodicThread& thread) {
-  for (std::size_t index = 0; index < threads.size(); ++index) {
-    if (activities[index].instance == activity.thread) thread.run_in(*threads[index]);
-  }
   for (const std::string& name : activity.inputs) {
     RTT::base::PortInterface* const input = task(activity.instance).getPort(name);
     if (input == nullptr || !thread.release_by(*input, activity.burst, activity.needs_all)) {
@@ -441,6 +441,15 @@ void Robot::State::set_releases(const ActivityData& activity, PeriodicThread& th
                                                          1e-9 * static_cast<double>(activity.period),
                                                          static_cast<unsigned int>(activity.burst), activity.needs_all);
   }
+  for (std::size_t index = 0; index < threads.size(); ++index) {
+    if (activities[index].instance != activity.thread) continue;
+    if (activity.is_queued) {
+      thread.queue_in(*threads[index]);
+    } else {
+      thread.run_in(*threads[index]);
+    }
+  }
+  if (activity.is_not_preempted) tell(activity.instance, "mauve_is_not_preempted");
 }
 
 // Each component looks in its thread whether it has what was analysed: see `mauve_runs_as` in generated code.
@@ -679,7 +688,7 @@ int Robot::State::run() {
     mallopt(M_TRIM_THRESHOLD, -1);
     mallopt(M_MMAP_MAX, 0);
   }
-  const int priority = options.simulates_time ? 0 : std::min(99, greatest_priority() + 1);
+  const int priority = options.simulates_time ? 0 : std::min(highest_priority, greatest_priority() + 1);
   supervisor.reset(new Supervisor(priority, grace, [this] {
     // On the virtual clock, the thread of the scheduler does it.
     if (!options.simulates_time && has_threads) end_releases();
@@ -753,17 +762,30 @@ void Robot::operation(const std::string& required, const std::string& provided) 
 
 void Robot::activity(const std::string& instance, std::int64_t period, int priority, const Cpus& cpus, std::int64_t offset,
                      std::int64_t deadline, std::int64_t response) {
-  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response, "", {}, 0, false, nullptr});
+  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response, "", false, false, {}, 0, false, nullptr});
 }
 
 void Robot::gateway(Gateway& gateway, const std::string& name, std::int64_t period, int priority, const Cpus& cpus, std::int64_t deadline,
                     std::int64_t response) {
-  state_->activities.push_back({name, period, priority, cpus, 0, deadline, response, "", {}, 0, false, &gateway});
+  state_->activities.push_back({name, period, priority, cpus, 0, deadline, response, "", false, false, {}, 0, false, &gateway});
 }
 
 void Robot::run_in(const std::string& instance, const std::string& other) {
   for (ActivityData& it : state_->activities) {
     if (it.instance == instance) it.thread = other;
+  }
+}
+
+void Robot::queue_in(const std::string& instance, const std::string& other) {
+  run_in(instance, other);
+  for (ActivityData& it : state_->activities) {
+    if (it.instance == instance) it.is_queued = true;
+  }
+}
+
+void Robot::not_preempted(const std::string& instance) {
+  for (ActivityData& it : state_->activities) {
+    if (it.instance == instance) it.is_not_preempted = true;
   }
 }
 

@@ -83,11 +83,14 @@ struct PeriodicThread::State {
 
   void run();
   void prepare();
-  void execute_periods(Nanoseconds release, Nanoseconds length);
+  State& oldest();
+  void find_releases();
+  void begin_period(State& released, Nanoseconds begin);
+  void execute_periods(State& released, Nanoseconds release, Nanoseconds length);
   void execute_period(RTT::base::RunnableInterface& present, Nanoseconds release, Nanoseconds length);
   Nanoseconds note_overhead(bool was_running);
   void serve(bool is_step);
-  void set_open(Nanoseconds release);
+  void set_open();
   TraceRecord period_record(Nanoseconds release) const;
   void note_arrival(unsigned int input);
   void note_all_arrived();
@@ -95,14 +98,19 @@ struct PeriodicThread::State {
   void note_release(Nanoseconds at, Nanoseconds length);
   // The release of the oldest period that has not ended, or else of the next one; `never` if there is none before the end.
   Nanoseconds oldest_release() const {
+    const State& of = releaser();
     Nanoseconds oldest = open.load(std::memory_order_relaxed);
-    if (!leader->ports.empty() && leader->is_active) oldest = std::min(oldest, leader->release_by_data());
-    return oldest < leader->end ? oldest : never;
+    if (!of.ports.empty() && leader->is_active) oldest = std::min(oldest, of.release_by_data());
+    return oldest < of.end ? oldest : never;
   }
+  // Whose releases are those of its periods: in a list, the leader's release all.
+  const State& releaser() const { return leader->is_queue ? *this : *leader; }
+  Nanoseconds next_release() const { return upcoming < end.load(std::memory_order_acquire) ? upcoming : never; }
 
   // Whose thread executes the periods: its own one, or that of another, with the next one that this thread executes.
   State* leader = this;
   std::atomic<State*> next{nullptr};
+  bool is_not_preempted = false;
   std::atomic<RTT::base::RunnableInterface*> runner{nullptr};
   Context context;
   Statistics statistics;
@@ -112,21 +120,27 @@ struct PeriodicThread::State {
   Nanoseconds deadline = 0;
   Nanoseconds overhead = 0;
 
-  // Of a leader.
+  // Of a leader, whether all that its thread executes have releases of their own; and the release of the last period that has begun.
+  std::atomic<bool> is_queue{false};
+  std::atomic<Nanoseconds> last_release{0};
   Worker worker;
   std::thread thread;
   std::atomic<std::thread::id> id{std::thread::id()};
   // The system's number of the thread; 0 while there is none.
   std::atomic<int> number{0};
   std::atomic<bool> stops{false}, is_triggered{false};
+  // The CPU time at the end of the period before, -1 before the first; and at the end of the last instance so far.
+  Nanoseconds cpu_after_period = -1, cpu_after_instance = -1;
+
+  // Of a leader, or of each in a queue.
   std::atomic<Nanoseconds> period{0};
   // The instant of the first release; `never` as long as nobody knows it.
   std::atomic<Nanoseconds> first{never};
   std::atomic<Nanoseconds> end{never};
   bool is_held = false;
   bool is_relative = false;
-  // The CPU time at the end of the period before, -1 before the first; and at the end of the last instance so far.
-  Nanoseconds cpu_after_period = -1, cpu_after_instance = -1;
+  // The next one; `never` as long as nobody knows it.
+  Nanoseconds upcoming = never;
   // Whose data releases it; the first value since the beginning of the period before, or the one that completes all that are needed;
   // and the end of the gap.
   std::vector<const RTT::base::PortInterface*> ports;
@@ -166,41 +180,30 @@ void PeriodicThread::State::run() {
   prepare();
   set_present_context(&context);
   timeline().begin(worker);
-  Nanoseconds release = never;
+  for (State* it = this; it != nullptr; it = it->next) it->upcoming = never;
   while (true) {
     // Whatever changes from here on changes the signal.
     const int seen = worker.signal.load(std::memory_order_acquire);
     if (stops) break;
-    const Nanoseconds length = period;
-    if (!ports.empty()) {
-      release = release_by_data();
-    } else if (length == 0) {
-      release = never;
-    } else if (release == never) {
-      release = is_held ? first.load(std::memory_order_acquire) : now() + length;
-    }
-    const bool is_released = release < end.load(std::memory_order_acquire);
-    set_open(is_released ? release : never);
-    const Nanoseconds begin = now();
-    if (is_released && release <= begin) {
-      is_triggered.exchange(false);
-      if (!ports.empty()) note_release(is_relative ? begin : release, length);
-      execute_periods(release, length);
-      release = is_relative ? std::max(begin + length, now()) : release + length;
-      for (unsigned int input = 0; input < ports.size(); ++input) {
-        if (ports[input]->has_more()) note_arrival(input);
-      }
-    } else if (is_triggered.exchange(false)) {
-      serve(length == 0 && ports.empty());
+    State& next_one = oldest();
+    set_open();
+    const Nanoseconds release = next_one.next_release(), begin = now();
+    const bool is_due = release != never && release <= begin;
+    // A period in a list executes the calls of all.
+    if (is_triggered.exchange(false) && (is_queue || !is_due)) {
+      serve(next_one.period == 0 && next_one.ports.empty() && !is_queue);
+    } else if (is_due) {
+      begin_period(next_one, begin);
     } else {
-      timeline().wait(worker, seen, is_released ? release : never);
+      timeline().wait(worker, seen, release);
     }
   }
-  if (!ports.empty()) release = release_by_data();
+  find_releases();
   for (State* it = this; it != nullptr; it = it->next) {
-    if (release < end && it->deadline > 0 && now() - release > it->deadline) increment(it->statistics.misses);
+    const Nanoseconds release = it->releaser().next_release();
+    if (release != never && it->deadline > 0 && now() - release > it->deadline) increment(it->statistics.misses);
+    it->open.store(never, std::memory_order_relaxed);
   }
-  set_open(never);
   // Who has sent a call before may wait for it.
   serve(false);
   timeline().end(worker);
@@ -210,8 +213,36 @@ void PeriodicThread::State::run() {
   is_active = false;
 }
 
-void PeriodicThread::State::set_open(Nanoseconds release) {
-  for (State* it = this; it != nullptr; it = it->next) it->open.store(release, std::memory_order_relaxed);
+// Returns whose release is the next one. Of several at one instant, the first of the list.
+PeriodicThread::State& PeriodicThread::State::oldest() {
+  State *before = nullptr, *found = this;
+  // One that is noted after a look at it may be older than one that is noted then: looks until it finds the same again.
+  while (found != before) {
+    before = found;
+    find_releases();
+    found = this;
+    for (State* it = next; is_queue && it != nullptr; it = it->next) {
+      if (it->next_release() < found->next_release()) found = it;
+    }
+  }
+  return *found;
+}
+
+void PeriodicThread::State::find_releases() {
+  for (State* it = this; it != nullptr; it = is_queue ? it->next.load() : nullptr) {
+    const Nanoseconds length = it->period;
+    if (!it->ports.empty()) {
+      it->upcoming = it->release_by_data();
+    } else if (length == 0) {
+      it->upcoming = never;
+    } else if (it->upcoming == never) {
+      it->upcoming = it->is_held ? it->first.load(std::memory_order_acquire) : now() + length;
+    }
+  }
+}
+
+void PeriodicThread::State::set_open() {
+  for (State* it = this; it != nullptr; it = it->next) it->open.store(it->releaser().next_release(), std::memory_order_relaxed);
 }
 
 void PeriodicThread::State::note_arrival(unsigned int input) {
@@ -223,7 +254,7 @@ void PeriodicThread::State::note_all_arrived() {
   // The word is written in any case: who takes it next then sees the value that has come.
   if (arrival.fetch_add(0) != never) return;
   Nanoseconds none = never;
-  if (arrival.compare_exchange_strong(none, now())) timeline().wake(worker);
+  if (arrival.compare_exchange_strong(none, now())) timeline().wake(leader->worker);
 }
 
 // The next release; `never` while no value has come.
@@ -231,7 +262,8 @@ Nanoseconds PeriodicThread::State::release_by_data() const {
   const Nanoseconds came = arrival.load(std::memory_order_acquire);
   if (came == never) return never;
   const Nanoseconds begin = is_held ? first.load(std::memory_order_acquire) : 0;
-  return std::max({came, begin, earliest.load(std::memory_order_relaxed)});
+  // One that is noted later than its instant comes after what has begun by then.
+  return std::max({came, begin, earliest.load(std::memory_order_relaxed), leader->last_release.load(std::memory_order_relaxed)});
 }
 
 // From here on, what comes is for the next period.
@@ -260,8 +292,20 @@ void PeriodicThread::State::serve(bool is_step) {
   }
 }
 
-void PeriodicThread::State::execute_periods(Nanoseconds release, Nanoseconds length) {
-  for (State* it = this; it != nullptr; it = it->next) {
+void PeriodicThread::State::begin_period(State& released, Nanoseconds begin) {
+  const Nanoseconds release = released.upcoming, length = released.period;
+  if (is_queue) last_release = release;
+  if (!released.ports.empty()) released.note_release(released.is_relative ? begin : release, length);
+  execute_periods(released, release, length);
+  released.upcoming = released.is_relative ? std::max(begin + length, now()) : release + length;
+  for (unsigned int input = 0; input < released.ports.size(); ++input) {
+    if (released.ports[input]->has_more()) released.note_arrival(input);
+  }
+}
+
+// Of all in a list; of one in a queue, for which the thread wakes up alone.
+void PeriodicThread::State::execute_periods(State& released, Nanoseconds release, Nanoseconds length) {
+  for (State* it = &released; it != nullptr; it = is_queue ? nullptr : it->next.load()) {
     // From here on, who stops it waits for it.
     it->is_busy = true;
     if (RTT::base::RunnableInterface* const present = it->runner) it->execute_period(*present, release, length);
@@ -278,6 +322,11 @@ void PeriodicThread::State::execute_period(RTT::base::RunnableInterface& present
   const bool is_traced = context.trace != nullptr;
   TraceRecord record = TraceRecord::of(TraceRecord::Period, context.instance.c_str(), "", 0, 0, 0);
   if (is_traced) record = period_record(release);
+  if (is_not_preempted) {
+    // Calls may be preempted.
+    present.serve();
+    timeline().set_raised(*context.worker, true);
+  }
   const Nanoseconds cpu_before = is_traced ? cpu_time() : 0;
   const Nanoseconds began = now();
   const Nanoseconds latency = began - release;
@@ -302,6 +351,7 @@ void PeriodicThread::State::execute_period(RTT::base::RunnableInterface& present
   }
   // Also if its task was stopped before it could begin.
   if (deadline > 0 && response > deadline) increment(statistics.misses);
+  if (is_not_preempted) timeline().set_raised(*context.worker, false);
 }
 
 // Returns the CPU time of the thread since the end of its period before, without codels and ports; -1 where it is unknown. Of several
@@ -369,7 +419,7 @@ bool PeriodicThread::stop() {
   }
   if (!state_->thread.joinable()) return false;
   state_->stops = true;
-  timeline().wake(state_->worker);
+  timeline().wake(state_->leader->worker);
   // In its own thread it ends with the present period, and is joined later.
   if (!is_self()) state_->thread.join();
   return true;
@@ -405,11 +455,16 @@ void PeriodicThread::run_in(PeriodicThread& other) {
   last->next = state_.get();
 }
 
+void PeriodicThread::queue_in(PeriodicThread& other) {
+  other.state_->is_queue = true;
+  run_in(other);
+}
+
 Nanoseconds PeriodicThread::period() const { return state_->period; }
 
 void PeriodicThread::set_period(Nanoseconds period) {
   state_->period = period;
-  timeline().wake(state_->worker);
+  timeline().wake(state_->leader->worker);
 }
 
 Cpus PeriodicThread::cpus() const {
@@ -434,15 +489,16 @@ void PeriodicThread::hold() { state_->is_held = true; }
 
 void PeriodicThread::release_at(Nanoseconds first) {
   state_->first.store(first, std::memory_order_release);
-  timeline().wake(state_->worker);
+  timeline().wake(state_->leader->worker);
 }
 
 void PeriodicThread::release_until(Nanoseconds end) {
   state_->end.store(end, std::memory_order_release);
-  timeline().wake(state_->worker);
+  timeline().wake(state_->leader->worker);
 }
 
 void PeriodicThread::release_after_beginnings() { state_->is_relative = true; }
+void PeriodicThread::set_not_preempted() { state_->is_not_preempted = true; }
 void PeriodicThread::set_deadline(Nanoseconds deadline) { state_->deadline = deadline; }
 void PeriodicThread::set_overhead(Nanoseconds overhead) { state_->overhead = overhead; }
 const Statistics& PeriodicThread::statistics() const { return state_->statistics; }

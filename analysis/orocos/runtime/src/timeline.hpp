@@ -30,8 +30,14 @@ struct Worker {
     int cpu = -1;
     bool is_on_cpu = false;
     std::uint64_t ready_since = 0;
+    bool is_raised = false;
+    // Whether what is released at this instant comes before it goes on.
+    bool yields = false;
   } simulated;
 };
+
+// Of SCHED_FIFO.
+constexpr int highest_priority = 99;
 
 class Timeline {
  public:
@@ -45,6 +51,8 @@ class Timeline {
   virtual void wait(Worker& worker, int seen, Nanoseconds until) = 0;
   // In the thread of the activity: executes for this time.
   virtual void spend(Worker& worker, Nanoseconds time) = 0;
+  // In the thread of the activity: from now on it has the highest priority, or its own one.
+  virtual void set_raised(Worker& worker, bool is_raised) = 0;
   // In any thread.
   virtual void wake(Worker& worker) = 0;
   // In the thread that has started the activity, which then waits until `begin` is called.

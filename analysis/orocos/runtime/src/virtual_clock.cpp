@@ -11,6 +11,8 @@ enum { cpu_count = Cpus().size() };
 
 typedef decltype(Worker::simulated) Simulated;
 
+int priority_of(const Worker& worker) { return worker.simulated.is_raised ? highest_priority : worker.scheduling.priority; }
+
 }  // namespace
 
 void VirtualClock::started(Worker& worker) {
@@ -56,6 +58,14 @@ void VirtualClock::spend(Worker& worker, Nanoseconds time) {
   give_way(lock, worker);
 }
 
+void VirtualClock::set_raised(Worker& worker, bool is_raised) {
+  Lock lock(mutex_);
+  worker.simulated.is_raised = is_raised;
+  if (is_raised || is_over_) return;
+  worker.simulated.yields = true;
+  give_way(lock, worker);
+}
+
 void VirtualClock::wake(Worker& worker) {
   const Lock lock(mutex_);
   worker.signal.fetch_add(1);
@@ -82,7 +92,7 @@ void VirtualClock::place() {
   }
   std::sort(ready.begin(), ready.end(), [](const Worker* one, const Worker* other) {
     const auto key = [](const Worker* it) {
-      return std::make_tuple(-it->scheduling.priority, !it->simulated.is_on_cpu, it->simulated.ready_since);
+      return std::make_tuple(-priority_of(*it), !it->simulated.is_on_cpu, it->simulated.ready_since);
     };
     return key(one) < key(other);
   });
@@ -99,7 +109,7 @@ void VirtualClock::place() {
     const auto cost = [&](int cpu) {
       const Worker* const other = before[cpu];
       const bool is_idle = other == nullptr || other == worker;
-      return std::make_tuple(is_idle ? -1 : other->scheduling.priority, cpu != simulated.cpu);
+      return std::make_tuple(is_idle ? -1 : priority_of(*other), cpu != simulated.cpu);
     };
     int chosen = -1;
     for (int cpu = 0; cpu < cpu_count; ++cpu) {
@@ -116,8 +126,8 @@ Worker* VirtualClock::next_with_code() const {
   Worker* next = nullptr;
   for (Worker* worker : workers_) {
     const Simulated& simulated = worker->simulated;
-    if (simulated.state != Simulated::Ready || !simulated.is_on_cpu || simulated.remaining > 0) continue;
-    if (next == nullptr || worker->scheduling.priority > next->scheduling.priority) next = worker;
+    if (simulated.state != Simulated::Ready || !simulated.is_on_cpu || simulated.remaining > 0 || simulated.yields) continue;
+    if (next == nullptr || priority_of(*worker) > priority_of(*next)) next = worker;
   }
   return next;
 }
@@ -135,6 +145,7 @@ void VirtualClock::choose() {
     // What ends at an instant has ended now; what is released there comes before other workers go on.
     for (Worker* worker : workers_) {
       if (worker->simulated.state == Simulated::Waiting && worker->simulated.until <= now_) make_ready(*worker);
+      worker->simulated.yields = false;
     }
     place();
     if (next_with_code() != nullptr) continue;

@@ -32,6 +32,7 @@ class VirtualClock : public Timeline {
   void end(Worker& worker) override;
   void wait(Worker& worker, int seen, Nanoseconds until) override;
   void spend(Worker& worker, Nanoseconds time) override;
+  void set_raised(Worker& worker, bool is_raised) override;
   void wake(Worker& worker) override;
   void started(Worker& worker) override;
 

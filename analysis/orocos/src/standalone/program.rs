@@ -15,7 +15,7 @@ use rustc_hash::FxHashMap;
 
 use super::cpu_set::cpu_set;
 use super::topics;
-use crate::deployment::{BACKGROUND, DeployedTask, RunnableDeployment};
+use crate::deployment::{BACKGROUND, DeployedTask, RunnableDeployment, is_queue};
 use crate::escape::cpp_string;
 use crate::generated_file::generated_from;
 use crate::library::Model;
@@ -65,7 +65,8 @@ pub(super) fn main_file<'db>(
         let all = thread.iter().flat_map(|task| activity(task, bounds.get(&task.name).copied()));
         let first = thread.first().map_or("", |first| &first.name);
         let others = thread.iter().skip(1);
-        all.chain(others.map(move |it| call("run_in", &[cpp_string(&it.name), cpp_string(first)])))
+        let run_in = if is_queue(thread) { "queue_in" } else { "run_in" };
+        all.chain(others.map(move |it| call(run_in, &[cpp_string(&it.name), cpp_string(first)])))
     });
     let is_here = |cpus: CpuSet| host.is_none() || hosts.host(cpus) == host;
     let here = report.others().iter().filter(|it| it.cpus.is_some_and(is_here));
@@ -152,7 +153,8 @@ fn activity(task: &DeployedTask, bound: Option<Option<Time>>) -> Vec<String> {
         let (burst, needs_all) = (activity.burst.max(1).to_string(), task.needs_all.to_string());
         call("release_by", &[cpp_string(&task.name), cpp_string(port), burst, needs_all])
     });
-    about.into_iter().chain([call("activity", &arguments)]).chain(released_by).collect()
+    let not_preempted = activity.is_not_preempted.then(|| call("not_preempted", &[cpp_string(&task.name)]));
+    about.into_iter().chain([call("activity", &arguments)]).chain(released_by).chain(not_preempted).collect()
 }
 
 /// Returns the calls for a chain.

@@ -12,6 +12,9 @@ use super::{
     TraceFinding, TracedName, Waited, Worst, cause_of,
 };
 
+/// The priority of a job that is not preempted.
+const RAISED: u32 = 99;
+
 impl Observer {
     /// Returns what was observed. `names` are those of the recording.
     pub fn finish(mut self, names: &SpanNames) -> ObservedDeployment {
@@ -209,7 +212,9 @@ impl Finish<'_> {
             Priority::Unknown => None,
         };
         for (&observed, &SeenPeriods { periods, first }) in &it.observed.priorities {
-            if let Some(expected) = priority.filter(|expected| *expected != observed) {
+            // LTTng records the priority after the begin.
+            let is_raised = self.expected.is_not_preempted && observed == RAISED;
+            if let Some(expected) = priority.filter(|expected| *expected != observed && !is_raised) {
                 self.add(FindingKind::Priority { expected, observed }, first, periods);
             }
         }

@@ -61,6 +61,8 @@ pub struct ExpectedInstance {
     pub component: Option<String>,
     /// Its priority.
     pub priority: Priority,
+    /// Whether its jobs have the highest priority once they have begun.
+    pub is_not_preempted: bool,
     /// The CPUs that it may use, a bit each, if they are known.
     pub cpus: Option<CpuSet>,
     /// T; where data releases it, the least time for its releases.
@@ -150,6 +152,7 @@ pub fn expected<'db>(
             instance: activity.instance.to_string(),
             component: activity.component.map(|component| component.qualified(db)),
             priority: activity.priority,
+            is_not_preempted: resolved.task.is_not_preempted,
             cpus: activity.cpus.map(|cpus| hosts.local(cpus).1),
             period: nanos(activity.period).filter(|period| *period > 0),
             burst: (!activity.is_periodic()).then_some(activity.burst.max(1)),

@@ -45,6 +45,10 @@ class Robot {
 
   // The periods of this instance are executed in the thread of another one, after those of all that are already.
   void run_in(const std::string& instance, const std::string& other);
+  // The same, but this instance keeps its own releases, and the thread executes periods in the order of their releases.
+  void queue_in(const std::string& instance, const std::string& other);
+  // A period of this instance that has begun has the highest priority until its end.
+  void not_preempted(const std::string& instance);
   // Data at an input releases the activity of this instance, at most `burst` times in a period. Of several inputs, data at one releases
   // it, or at all of them.
   void release_by(const std::string& instance, const std::string& input, std::uint64_t burst, bool needs_all);

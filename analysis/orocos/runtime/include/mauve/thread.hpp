@@ -77,6 +77,12 @@ class PeriodicThread {
   // Before `start`: executes its periods in the thread of `other`, after those of all that do so already. `other` decides on the
   // scheduling and the releases, and is stopped before this one is destroyed.
   void run_in(PeriodicThread& other);
+  // The same, but each that the thread executes has its own releases, by the clock or by data, and the thread executes periods in the
+  // order of their releases: a queue. Of several releases at one instant, that of `other` comes first, then those added before. All that
+  // releases this one is set before.
+  void queue_in(PeriodicThread& other);
+  // Before `start`: a period that has begun has the highest priority until its end.
+  void set_not_preempted();
   // Before `start`: values that come to this input release it, at most `burst` times in a period. False if the port is no input. Called
   // for several inputs, values at one of them release it, or at all.
   //
