@@ -11,7 +11,8 @@ use std::process::{Command, Stdio};
 use mauve_tests::orocos::{COMPILERS, build, run, runtime_sources};
 use mauve_tests::{scratch, search};
 use mauve_timing::{
-    Bound, CpuSet, Edge, Method, Options, Random, Response, SimulationOptions, StateMachine, Tasks, Time,
+    Bound, CpuSet, Edge, Method, Options, Order, Random, Response, SimulationOptions, StateMachine, Tasks,
+    Time,
 };
 
 /// Components in a ring, and the periods of each in a full search: a million in total.
@@ -87,17 +88,31 @@ struct Task {
     sources: Vec<usize>,
     needs_all: bool,
     burst: u64,
-    /// The number of the task whose thread executes it, if it shares one.
+    /// The number of the task whose thread executes it, if it shares one, and in which order.
     thread: Option<usize>,
+    order: Order,
+    is_not_preempted: bool,
 }
 
-/// Lets some tasks share threads, and jobs of others release some, with the priorities and the CPUs that they have.
+/// Lets some tasks share threads, and jobs of others release some, with the priorities and the CPUs that they have. Jobs of some are not
+/// preempted.
 fn share_threads_and_release(random: &mut Random, tasks: &mut [Task]) {
     for index in 1..tasks.len() {
         let (before, rest) = tasks.split_at_mut(index);
-        let (Some(last), Some(task)) = (before.last(), rest.first_mut()) else { continue };
-        match random.up_to(3) {
-            0 if last.sources.is_empty() => {
+        let (Some(last), Some(task)) = (before.last_mut(), rest.first_mut()) else { continue };
+        match random.up_to(4) {
+            4 if last.order != Order::List || last.thread.is_none() => {
+                if last.order == Order::List {
+                    last.order = if random.up_to(2) == 0 { Order::Any } else { Order::Fifo };
+                }
+                (task.thread, task.order) = (Some(last.thread.unwrap_or(index - 1)), last.order);
+                (task.priority, task.cpus) = (last.priority, last.cpus);
+                if random.up_to(1) == 0 && index > 1 {
+                    (task.sources, task.burst) =
+                        (vec![random.up_to(index as u64 - 2) as usize], 1 + random.up_to(2));
+                }
+            }
+            0 if last.sources.is_empty() && last.order == Order::List => {
                 let thread = Some(last.thread.unwrap_or(index - 1));
                 let times = std::mem::take(&mut task.times);
                 let (priority, cpus) = (last.priority, last.cpus);
@@ -113,6 +128,11 @@ fn share_threads_and_release(random: &mut Random, tasks: &mut [Task]) {
             }
             _ => {}
         }
+    }
+    for index in 0..tasks.len() {
+        let leader = tasks[index].thread.map(|leader| tasks[leader].is_not_preempted);
+        let may_be = tasks[index].cpus.is_power_of_two();
+        tasks[index].is_not_preempted = leader.unwrap_or(may_be && random.up_to(3) == 0);
     }
 }
 
@@ -139,6 +159,8 @@ fn tasks(random: &mut Random, cpus: u64, shares_cpus: bool) -> Vec<Task> {
             needs_all: false,
             burst: 1,
             thread: None,
+            order: Order::List,
+            is_not_preempted: false,
         }
     });
     tasks.collect()
@@ -163,6 +185,8 @@ fn activities(tasks: &[Task]) -> Tasks {
             is_sporadic: !task.sources.is_empty(),
             burst: task.burst,
             thread: task.thread.or(mates(index).then_some(index)).map(|thread| thread as u32),
+            order: task.order,
+            is_not_preempted: task.is_not_preempted,
             ..mauve_timing::Task::new(task.priority, period, machine)
         }
     };
@@ -172,13 +196,19 @@ fn activities(tasks: &[Task]) -> Tasks {
 /// The greatest response time of each task on the virtual clock.
 fn on_the_virtual_clock(program: &Path, cpus: u64, tasks: &[Task]) -> Vec<Option<Time>> {
     let mut input = format!("{} {LAST_RELEASE}\n", (1 << cpus) - 1);
-    for Task { period, offset, priority, cpus, times, sources, needs_all, burst, thread } in tasks {
+    for task in tasks {
+        let Task { period, offset, priority, cpus, times, sources, needs_all, burst, .. } = task;
         let sources: Vec<String> = sources.iter().map(usize::to_string).collect();
         let sources = sources.join(if *needs_all { "&" } else { "," });
         let sources = if sources.is_empty() { "-1" } else { &sources };
-        let thread = thread.map_or(-1, |task| task as i64);
-        let _ =
-            write!(input, "{period} {offset} {priority} {cpus} {burst} {sources} {thread} {}", times.len());
+        let thread = task.thread.map_or(-1, |task| task as i64);
+        let queue = if task.order == Order::List { "" } else { "q" };
+        let preempted = if task.is_not_preempted { "n" } else { "" };
+        let _ = write!(
+            input,
+            "{period} {offset} {priority} {cpus} {burst} {sources} {thread}{queue}{preempted} {}",
+            times.len()
+        );
         times.iter().for_each(|time| input += &format!(" {time}"));
         input.push('\n');
     }
@@ -240,6 +270,27 @@ fn orocos_virtual_clock_releases_by_data_and_in_shared_threads() {
         (7, "10 0 2 1 -1 -1 -1 1 1\n30 5 1 2 -1 -1 -1 1 1\n5 0 1 4 1 0&1 -1 1 1", "10 1\n4 1\n4 1\n"),
         // A gap of 20 delays those at 6, 11 and 21 to 21, …; all that comes in a gap is for its end.
         (7, "10 0 2 1 -1 -1 -1 1 1\n30 5 1 2 -1 -1 -1 1 1\n20 0 1 4 1 0,1 -1 1 1", "10 1\n4 1\n5 1\n"),
+        // A queue: the releases at 0 in the order of the list, and that at 10 before the end of none of them.
+        (1, "10 0 1 1 -1 -1 -1 1 2\n25 0 1 1 -1 -1 0q 1 4\n40 0 1 1 -1 -1 0q 1 5", "10 3\n4 6\n3 11\n"),
+        // The one at 1, then that at 2, then that at 3, whatever the list says.
+        (1, "50 3 1 1 -1 -1 -1 1 10\n50 1 1 1 -1 -1 0q 1 4\n50 2 1 1 -1 -1 0q 1 4", "2 16\n2 4\n2 7\n"),
+        // Data comes at 3, after the release at 2; then at 1, before it.
+        (
+            3,
+            "20 2 2 2 -1 -1 -1 1 1\n20 0 1 1 -1 -1 -1 1 5\n20 0 1 1 1 0 1q 1 2\n20 2 1 1 -1 -1 1q 1 3",
+            "5 1\n5 5\n5 7\n5 6\n",
+        ),
+        (
+            3,
+            "20 0 2 2 -1 -1 -1 1 1\n20 0 1 1 -1 -1 -1 1 5\n20 0 1 1 1 0 1q 1 2\n20 2 1 1 -1 -1 1q 1 3",
+            "5 1\n5 5\n5 6\n5 8\n",
+        ),
+        // Data at 1, 11, 21, …, two in 25: the release at 26, after the gap, is older than that at 27.
+        (3, "10 0 2 2 -1 -1 -1 1 1\n50 27 1 1 -1 -1 -1 1 3\n25 0 1 1 2 0 1q 1 2", "10 1\n2 4\n8 2\n"),
+        // A job that is not preempted delays the one of higher priority, which comes before the next job of the list.
+        (1, "50 1 2 1 -1 -1 -1 1 1\n50 0 1 1 -1 -1 -1n 1 5\n50 0 1 1 -1 -1 1n 1 5", "2 5\n2 5\n2 11\n"),
+        // The release at the end of a job comes before the next job, too.
+        (1, "50 5 2 1 -1 -1 -1 1 1\n50 0 1 1 -1 -1 -1n 1 5\n50 0 1 1 -1 -1 1n 1 5", "2 1\n2 5\n2 11\n"),
     ] {
         assert_eq!(clock(&program, &format!("{cpus} 100\n{tasks}\n")), expected, "{tasks}");
     }
@@ -249,7 +300,7 @@ fn orocos_virtual_clock_releases_by_data_and_in_shared_threads() {
 fn orocos_virtual_clock_keeps_the_bounds_of_threads_and_of_releases_by_data() {
     let program = clock_program("bounds");
     let mut random = Random::new(2);
-    let [mut shared, mut released, mut late] = [0; 3];
+    let [mut shared, mut released, mut late, mut queued, mut raised] = [0; 5];
     for round in 0..400 {
         let (cpus, shares_cpus) = (1 + round % 3, round % 2 == 0);
         let mut tasks = tasks(&mut random, cpus, shares_cpus);
@@ -265,9 +316,12 @@ fn orocos_virtual_clock_keeps_the_bounds_of_threads_and_of_releases_by_data() {
             shared += usize::from(tasks[number].thread.is_some());
             released += usize::from(!tasks[number].sources.is_empty());
             late += usize::from(found > Time::from_nanos(tasks[number].period));
+            queued += usize::from(tasks[number].order != Order::List);
+            raised += usize::from(tasks[number].is_not_preempted);
         }
     }
-    assert!(shared > 40 && released > 40 && late > 10, "{shared} {released} {late}");
+    let counts = format!("{shared} {released} {late} {queued} {raised}");
+    assert!(shared > 40 && released > 40 && late > 10 && queued > 40 && raised > 40, "{counts}");
 }
 
 #[test]

@@ -59,8 +59,8 @@ pub(crate) fn script(deployed: &RunnableDeployment) -> String {
 fn refusal(deployed: &RunnableDeployment, queue: &[&DeployedTask]) -> String {
     let names: Vec<&str> = queue.iter().map(|task| task.name.as_str()).collect();
     let message = format!(
-        "One thread executes {} in the order of their releases, which Orocos cannot: use `mauve run`, or \
-         `mauve generate --standalone`.\nNothing runs.",
+        "Cannot execute {} in the order of their releases: no thread of Orocos does. Use `mauve run`, or `mauve \
+         generate --standalone`.\nNothing runs.",
         names.join(", ")
     );
     lines([

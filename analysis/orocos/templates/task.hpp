@@ -399,9 +399,7 @@ class MauveTask : public RTT::TaskContext {
   // In the component's thread: from now on it has the priority of a period that has begun, or its own one. `mauve_is_scheduled` checks it.
   void mauve_raise(bool is_raised) {
     if (!is_not_preempted_ || priority_ == 0) return;
-    sched_param parameter = {};
-    parameter.sched_priority = is_raised ? highest_priority : priority_;
-    sched_setparam(0, &parameter);
+    pthread_setschedprio(pthread_self(), is_raised ? highest_priority : priority_);
   }
 
   // Logs the differences from the analysed scheduling. MAUVE_ALLOW_NON_REALTIME=true accepts them.

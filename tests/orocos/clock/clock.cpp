@@ -2,8 +2,9 @@
 //
 //   CPUs (a mask), instant of the last release
 //   for each task: period, offset, priority, CPUs, the number of releases in a period and the tasks whose jobs write what releases it,
-//   any of them (1,2) or all (1&2), or -1 and -1, the task whose thread it shares, or -1, followed by `q` if that executes jobs in the order
-//   of their releases and by `n` if its jobs are not preempted, the number of times, the execution times of its jobs, again and again
+//   any of them (1,2) or all (1&2), or -1 and -1, the task whose thread it shares, or -1, followed by `q` if that thread executes jobs in
+//   the order of their releases and by `n` if its jobs are not preempted, the number of times, the execution times of its jobs, again and
+//   again
 
 #include <cstdint>
 #include <iostream>

@@ -311,6 +311,7 @@ int main(int argc, char** argv) {
     }
     for (Node* node : {chain.source.get(), chain.first.get(), chain.second.get()}) node->setActivity(nullptr);
   }
+  CHECK(turns.number > 10);
   is_fine = turns.stop() && is_fine;
   turns.setActivity(nullptr);
   queued_threads[0]->stop();

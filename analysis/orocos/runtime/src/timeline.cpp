@@ -1,7 +1,7 @@
 #include "timeline.hpp"
 
 #include <linux/futex.h>
-#include <sched.h>
+#include <pthread.h>
 #include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
@@ -46,11 +46,9 @@ class RealTime : public Timeline {
   void begin(Worker&) override {}
   void end(Worker&) override {}
   void wait(Worker& worker, int seen, Nanoseconds until) override { futex_wait(worker.signal, seen, until); }
-  // It changes its own thread only: nothing is locked. Without the right to do so, nothing is changed.
+  // Without the right to do so, it changes nothing. The kernel alone is not told: locks with a ceiling would lower the priority.
   void set_raised(Worker& worker, bool is_raised) override {
-    sched_param parameter = {};
-    parameter.sched_priority = is_raised ? highest_priority : worker.scheduling.priority;
-    sched_setparam(0, &parameter);
+    pthread_setschedprio(pthread_self(), is_raised ? highest_priority : worker.scheduling.priority);
   }
   void wake(Worker& worker) override {
     worker.signal.fetch_add(1);
