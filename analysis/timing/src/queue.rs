@@ -43,7 +43,9 @@ impl Lane<'_, '_> {
         let is_in_queue = |lane: &Self, it: usize| lane.members.get(it).task.is_queued_with(of);
         let all = 0..self.members.len();
         let queue: Vec<usize> = all.filter(|it| is_in_queue(self, *it)).collect();
-        if queue.iter().any(|it| self.members.get(*it).task.order != Order::Fifo) {
+        // A task without a thread has no queue.
+        let is_known = queue.contains(&place);
+        if !is_known || queue.iter().any(|it| self.members.get(*it).task.order != Order::Fifo) {
             return None;
         }
         let mut counts = JobCounts::new(self.members.len());
@@ -137,6 +139,14 @@ mod tests {
         // waits for one job of each: 10 + 2 + 4 + 5.
         let late = [(10, 10, 2), (25, 0, 4), (40, 0, 5)];
         assert_eq!(bounds(Order::Fifo, None, &late), [21, 13, 13]);
+    }
+
+    #[test]
+    fn without_a_thread_there_is_no_queue() {
+        let alone = Task { order: Order::Fifo, ..simple(1, 10, 7) };
+        let options = Options { method: Method::Best, is_brief: false };
+        let found = response_times(&[alone], &options, &|| ()).responses;
+        assert_eq!(found[0].bound, Bound::Response(Time::from_nanos(7)));
     }
 
     #[test]
