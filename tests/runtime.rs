@@ -136,6 +136,16 @@ fn share_threads_and_release(random: &mut Random, tasks: &mut [Task]) {
     }
 }
 
+/// Lets one thread execute jobs of some tasks in the order of their releases, no two of which are at one instant.
+fn queue_some(random: &mut Random, tasks: &mut [Task]) {
+    let Some((first, rest)) = tasks.split_first_mut() else { return };
+    for (index, task) in (1..).zip(rest).filter(|_| random.up_to(1) == 0) {
+        (task.thread, task.order, task.is_not_preempted) = (Some(0), Order::Fifo, first.is_not_preempted);
+        (task.priority, task.cpus, task.offset) = (first.priority, first.cpus, 7 * index % 50);
+        (first.order, first.offset) = (Order::Fifo, 0);
+    }
+}
+
 /// Random tasks with different priorities. If they do not share their CPUs, each uses one of them only.
 fn tasks(random: &mut Random, cpus: u64, shares_cpus: bool) -> Vec<Task> {
     let mut from = |least: u64, greatest: u64| least + random.up_to(greatest - least);
@@ -331,7 +341,13 @@ fn orocos_virtual_clock_schedules_as_the_simulation_and_keeps_the_bounds() {
     let (mut equal, mut compared) = (0, 0);
     for round in 0..600 {
         let (cpus, shares_cpus) = (1 + round % 3, round % 2 == 0);
-        let tasks = tasks(&mut random, cpus, shares_cpus);
+        let mut tasks = tasks(&mut random, cpus, shares_cpus);
+        for task in tasks.iter_mut().filter(|_| !shares_cpus) {
+            task.is_not_preempted = random.up_to(3) == 0;
+        }
+        if !shares_cpus && round % 4 == 1 {
+            queue_some(&mut random, &mut tasks);
+        }
         let set = activities(&tasks);
         let options = Options { method: Method::Exact, is_brief: false };
         let analysis = set.response_times(&options, &|| {});
