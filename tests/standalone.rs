@@ -304,6 +304,82 @@ fn orocos_releases_by_data_and_shared_threads_keep_their_bounds() {
     assert_eq!(kinds, ["gap"], "{found}");
 }
 
+/// One thread executes the jobs of three activities: of two clocks, and one that data releases. A job of `bus` is not preempted.
+const QUEUE: &str = "\
+library robot {
+  codel look(): int
+  codel feel(): int
+  codel obey(in seen: int): int
+  codel plan(): int
+  codel send(): int
+  shell EyeShell { output port seen: int }
+  core EyeCore(EyeShell) { update = { write(seen, look()); } }
+  component Eye(EyeShell, EyeCore)
+  shell CommandShell { input port seen: int }
+  core CommandCore(CommandShell) { var last: int = 0  update = { read(seen, last); obey(last); } }
+  component Command(CommandShell, CommandCore)
+  shell OtherShell { }
+  core ImuCore(OtherShell) { update = { feel(); } }
+  component Imu(OtherShell, ImuCore)
+  core PlannerCore(OtherShell) { update = { plan(); } }
+  component Planner(OtherShell, PlannerCore)
+  core BusCore(OtherShell) { update = { send(); } }
+  component Bus(OtherShell, BusCore)
+  architecture Robot {
+    instance eye: Eye  instance command: Command  instance imu: Imu  instance planner: Planner  instance bus: Bus
+    connection eye.seen -> command.seen
+  }
+  deployment Bench {
+    architecture Robot
+    activity eye { affinity = 1  priority = 30  period = 10 }
+    activity planner { affinity = 1  priority = 20  period = 40  thread = control }
+    activity imu { affinity = 1  priority = 20  period = 8  deadline = 24  thread = control }
+    activity command { affinity = 1  priority = 20  trigger = seen  least = 25  burst = 2  thread = control }
+    activity bus { affinity = 1  priority = 10  period = 20  preemptive = false }
+  }
+}
+";
+
+const QUEUE_TIMES: &str = "unit = \"ms\"\n[codel]\n\"robot.look\" = 1\n\"robot.feel\" = 0.5\n\"robot.obey\" = 2\n\
+     \"robot.plan\" = 6\n\"robot.send\" = 3\n[overhead]\ndispatch = 0.1\n";
+
+#[test]
+fn orocos_queues_keep_the_order_of_releases_and_jobs_are_not_preempted() {
+    let folder = folder("queue");
+    let configuration = "[timing]\ntables = \"times.toml\"\n[platform]\ncpus = 1\nrt_throttling = false\n";
+    write(&folder, &[("robot.mal", QUEUE), ("mauve.toml", configuration), ("times.toml", QUEUE_TIMES)]);
+    let trace = folder.join("trace");
+    let arguments = ["--simulate-time", "--for", "10s", "--trace", trace.to_str().unwrap()];
+    let ran = mauve_run(&folder, &folder.join("cache"), &arguments);
+    let (out, err) = (text(&ran.stdout), text(&ran.stderr));
+    assert_eq!((ran.status.code(), err.contains("error")), (Some(0), false), "{out}\n{err}");
+    assert_within_bounds(&out, 5);
+    let rows: BTreeMap<String, Row> = rows(&out).into_iter().map(|row| (row.instance.clone(), row)).collect();
+    // Two values in 25 ms release a job of the command.
+    let periods = ["eye", "planner", "imu", "command", "bus"].map(|it| rows[it].periods);
+    assert_eq!(periods, [1000, 250, 1250, 800, 500], "{out}");
+    let found = checked(&trace, &folder);
+    assert_eq!(found["findings"].as_array().map(Vec::len), Some(0), "{found}");
+
+    let recorded = fs::read_to_string(trace.join("periods.csv")).unwrap();
+    let mut jobs: Vec<(u64, u64, u64, &str)> = Vec::new();
+    for line in recorded.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [release, begin, end] = [1, 2, 3].map(|it| fields[it].parse().unwrap());
+        jobs.push((begin, end, release, fields[0]));
+    }
+    jobs.sort_unstable();
+    let queued: Vec<_> = jobs.iter().filter(|it| ["planner", "imu", "command"].contains(&it.3)).collect();
+    for pair in queued.windows(2) {
+        assert!(pair[0].2 <= pair[1].2 && pair[0].1 <= pair[1].0, "{pair:?}");
+    }
+    // The next job of any activity begins after its end, also of those that were released in the meantime.
+    let followed = jobs.windows(2).filter(|pair| pair[0].3 == "bus");
+    let delays = followed.filter(|pair| pair[0].1 <= pair[1].0 && pair[1].2 < pair[0].1).count();
+    let preempted = jobs.windows(2).filter(|pair| pair[0].3 == "bus" && pair[1].0 < pair[0].1).count();
+    assert!(delays > 0 && preempted == 0, "{delays} {preempted}");
+}
+
 /// A robot whose codels do what the environment says. Its deadlines are long, so that a virtual machine that pauses for a moment
 /// meets them.
 const ROBOT: &str = "\
