@@ -87,7 +87,7 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
          deployment D { architecture A\n\
          activity all { instances = [taker, a, giver]  priority = 2  period = 10  affinity = 1 }\n\
          activity b { priority = 3  trigger = heard  least = 30  burst = 2  affinity = 1 }\n\
-         activity c { priority = 4  trigger = all [heard, seen]  least = 20  affinity = 1 } }\n";
+         activity c { priority = 4  trigger = all [heard, seen]  least = 20  affinity = 1  preemptive = false } }\n";
     let files = vec![("/robot.mal".into(), model.to_owned())];
     let packages = generated("/".into(), files);
     let (calls, error) = run(script(&packages), "");
@@ -114,7 +114,14 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
         ]
     );
     assert_eq!(
-        of(&["setActivity", "setMasterSlaveActivity", "mauve_executes", "setCpuAffinity", "mauve_runs_as"]),
+        of(&[
+            "setActivity",
+            "setMasterSlaveActivity",
+            "mauve_executes",
+            "setCpuAffinity",
+            "mauve_runs_as",
+            "mauve_is_not_preempted"
+        ]),
         [
             "setActivity giver 0.01 2 ORO_SCHED_RT",
             "setCpuAffinity giver 1",
@@ -130,6 +137,7 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
             "mauve_runs_as b 3 1",
             "setActivity c 0 4 ORO_SCHED_RT",
             "setCpuAffinity c 1",
+            "mauve_is_not_preempted c",
             "mauve_runs_as c 4 1",
         ]
     );
@@ -137,10 +145,29 @@ fn orocos_scripts_have_releases_by_data_and_shared_threads() {
     for (failing, says) in [
         ("mauve_released_by b", "Cannot let data release b\nNothing runs."),
         ("setMasterSlaveActivity giver", "Cannot execute taker in the thread of giver\nNothing runs."),
+        ("mauve_is_not_preempted c", "Cannot give c the highest priority\nNothing runs."),
     ] {
         let (_, error) = run(script(&packages), failing);
         assert!(error.as_ref().is_some_and(|error| error.contains(says)), "{failing}: {error:?}");
     }
+}
+
+/// Orocos would execute the jobs in another order than the analysis.
+#[test]
+fn orocos_scripts_refuse_a_queue() {
+    let model = "shell S { }\ncore K(S) { update = { } }\ncomponent C(S, K)\n\
+         architecture A { instance a: C  instance b: C }\n\
+         deployment D { architecture A\n\
+         activity a { priority = 2  period = 10  thread = both  affinity = 1 }\n\
+         activity b { priority = 2  period = 15  thread = both  affinity = 1 } }\n";
+    let packages = generated("/".into(), vec![("/robot.mal".into(), model.to_owned())]);
+    let (calls, error) = run(script(&packages), "");
+    assert_eq!(calls, []);
+    let error = error.unwrap_or_default();
+    assert!(
+        error.contains("Cannot execute a, b in the order of their releases: no thread of Orocos does."),
+        "{error}"
+    );
 }
 
 /// A folder with packages, and a substitute for `rtt_ros` whose launch file has the arguments of the real one.
