@@ -46,8 +46,14 @@ impl Tasks {
     pub fn certificate(&self, is_met: &dyn Fn(usize) -> bool, interrupt: &dyn Fn()) -> Map<String, Value> {
         let options = Options { method: Method::Ibf, is_brief: false };
         let mut set = self.clone();
-        set.all.iter_mut().for_each(|task| task.offset = None);
+        // Nor does it know who writes the data that releases tasks.
+        set.all.iter_mut().for_each(|task| (task.offset, task.arrivals) = (None, None));
+        set.triggers.clear();
         let found = set.response_times(&options, interrupt);
+        let with_triggers = (!self.triggers.is_empty()).then(|| {
+            set.triggers.clone_from(&self.triggers);
+            set.response_times(&options, interrupt)
+        });
         let mut lanes = Lanes::new(&found.tasks.all, &options, interrupt);
         let claim = |task: usize| Some((task, claim(&mut lanes, &found, task)?));
         let mut claims: Claims = (0..self.all.len()).filter_map(claim).collect();
@@ -74,7 +80,10 @@ impl Tasks {
                 }));
             }
             if deadline.is_some() && !met {
+                let bound = |of: &SetAnalysis| of.responses[task].bound.clone();
+                let follows_writers = with_triggers.as_ref().is_some_and(|it| bound(it) != bound(&found));
                 let reason = match (claim, found.responses[task].rule) {
+                    _ if follows_writers => "by-writers",
                     (Some(_), _) => "no-form",
                     (None, CpuRule::Global(_)) => "several-cpus",
                     _ => "too-many-jobs",

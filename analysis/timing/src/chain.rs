@@ -49,7 +49,7 @@
 //! assert_eq!(tasks.latency(&chain, true).unwrap().latency, ms(10 + 20 + 2));
 //! ```
 
-use crate::lane::least_common_multiple;
+use crate::time::least_common_multiple;
 use crate::trigger::{ChainRelease, Distance, is_paced};
 use crate::{CpuSet, Priority, Task, Tasks, Time};
 

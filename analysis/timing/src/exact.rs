@@ -76,7 +76,8 @@ pub(crate) fn busy_window(
     search.varied.sort_by(|(one, of_one), (other, of_other)| {
         let key = |place: usize| {
             let member = members.get(place);
-            (Reverse(member.task.priority), member.period, member.jitter, member.task.cpus())
+            let jobs = member.jobs_released(bound.last.length).ok();
+            (Reverse(member.task.priority), member.period, member.jitter, member.task.cpus(), jobs)
         };
         let totals =
             |requests: &Requests| requests.nodes.iter().map(|node| node.totals.clone()).collect::<Vec<_>>();

@@ -108,7 +108,8 @@ impl<'a> LaneMember<'a> {
             }
         });
         let share = |curve: &DemandCurve<'_>| {
-            Some(TaskShare::new(task.mean_of_burst(curve.greatest_cycle_mean()), task.period?))
+            let (mean, length) = task.mean_of_jobs(curve.greatest_cycle_mean())?;
+            Some(TaskShare::new(mean, length))
         };
         Some(LaneMember {
             index,
@@ -169,8 +170,20 @@ impl<'a> LaneMember<'a> {
         release.and_then(|it| it.as_nanos().checked_add(self.delay)).ok_or(NoBoundReason::Overflow)
     }
 
-    /// Returns the number of jobs that are released in a window, b·⌈(t + J − delay)/T⌉.
+    /// Returns the number of jobs that are released in a window: b·⌈(t + J − delay)/T⌉, or less where data releases them less often.
     pub(crate) fn jobs_released(&self, window: u64) -> Result<u64, NoBoundReason> {
+        let jobs = self.jobs_by_distance(window)?;
+        Ok(self.fewer_by_data(window, jobs).map_or(jobs, |it| it.0))
+    }
+
+    /// Returns how many jobs data releases in a window, and the longest window for which that holds, if they are fewer than `jobs`.
+    fn fewer_by_data(&self, window: u64, jobs: u64) -> Option<(u64, u64)> {
+        let (lateness, arrivals) = (self.lateness(), self.task.arrivals.as_ref()?);
+        let (by_data, until) = arrivals.releases(window.checked_add(lateness)?);
+        Some((by_data, until.saturating_sub(lateness))).filter(|_| by_data < jobs)
+    }
+
+    fn jobs_by_distance(&self, window: u64) -> Result<u64, NoBoundReason> {
         let since_first = window.checked_add(self.lateness()).ok_or(NoBoundReason::Overflow)?;
         let bursts = since_first.saturating_sub(self.delay).div_ceil(self.period);
         bursts.checked_mul(self.burst).ok_or(NoBoundReason::Overflow)
@@ -194,9 +207,10 @@ impl<'a> LaneMember<'a> {
         let length = window.checked_add(response).ok_or(NoBoundReason::Overflow)?;
         let bursts = length.div_ceil(self.period);
         let jobs = bursts.checked_mul(self.burst).ok_or(NoBoundReason::Overflow)?;
+        let by_data = self.task.arrivals.as_ref().map(|it| it.releases(length).0).filter(|it| *it < jobs);
         let curve = self.executed.as_mut().map_or(&mut self.curve, |(executed, _)| executed);
         let mut demand = |jobs: u64| Ok(curve.demand(jobs)?.min(jobs.saturating_mul(most)));
-        if self.burst > 1 {
+        if let Some(jobs) = by_data.or(Some(jobs).filter(|_| self.burst > 1)) {
             return Ok((jobs, demand(jobs)?));
         }
         let rest = length - jobs.saturating_sub(1) * self.period;
@@ -221,13 +235,32 @@ impl<'a> LaneMember<'a> {
     }
 
     /// Returns what the task contributes to a `window` > 0: M(n) for n = b·⌈(t + J − delay)/T⌉; with [`Method::Ibf`], what n jobs
-    /// execute if the last one begins (n − 1)·T + delay − J after the start of the window. (In a burst, M(n).)
+    /// execute if the last one begins (n − 1)·T + delay − J after the start of the window. (In a burst, M(n).) If data releases fewer
+    /// jobs, no more than M of these.
     pub(crate) fn contribution(
         &mut self,
         window: u64,
         method: Method,
     ) -> Result<Contribution, NoBoundReason> {
-        let jobs = self.jobs_released(window)?;
+        let found = self.by_distance(window, method)?;
+        let Some((jobs, until)) = self.fewer_by_data(window, found.jobs) else { return Ok(found) };
+        let time = self.interfering_demand(jobs)?;
+        // Up to there, what rises with the window is the less.
+        let rises_until = found.rises_until.min(window.saturating_add(time.saturating_sub(found.time)));
+        let holds_until = if time > found.time { found.holds_until.min(until) } else { until };
+        Ok(Contribution { jobs, time: found.time.min(time), holds_until, rises_until })
+    }
+
+    /// M, or that of what it executes where its waits count as jitter.
+    fn interfering_demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
+        match &mut self.executed {
+            Some((executed, _)) if self.late.is_some() => executed.demand(jobs),
+            _ => self.curve.demand(jobs),
+        }
+    }
+
+    fn by_distance(&mut self, window: u64, method: Method) -> Result<Contribution, NoBoundReason> {
+        let jobs = self.jobs_by_distance(window)?;
         let lateness = self.lateness();
         // Instants are counted from J before the window, which is longer than J.
         let window_at = |instant: u64| instant - lateness;
@@ -237,10 +270,7 @@ impl<'a> LaneMember<'a> {
             return Ok(Contribution { jobs, time: 0, holds_until: next_release, rises_until: 0 });
         }
         if method != Method::Ibf || self.burst > 1 {
-            let time = match &mut self.executed {
-                Some((executed, _)) if self.late.is_some() => executed.demand(jobs)?,
-                _ => self.curve.demand(jobs)?,
-            };
+            let time = self.interfering_demand(jobs)?;
             return Ok(Contribution { jobs, time, holds_until: next_release, rises_until: 0 });
         }
         let (machine, interrupt) = (self.machine, self.interrupt);
@@ -480,12 +510,13 @@ impl Lane<'_, '_> {
         if others().all(|it| of_job(it) == 0) {
             return None;
         }
-        let blocking = others().map(|it| {
-            let cost = u64::try_from(of_job(it)).unwrap_or(u64::MAX).saturating_mul(it.burst);
-            TaskShare::new(CycleMean { cost: Time::from_nanos(cost), length: 1 }, Time::from_nanos(it.period))
+        let blocking = others().map(|it| -> Option<TaskShare> {
+            let cost = Time::from_nanos(u64::try_from(of_job(it)).unwrap_or(u64::MAX));
+            let (mean, length) = it.task.mean_of_jobs(CycleMean { cost, length: 1 })?;
+            Some(TaskShare::new(mean, length))
         });
         let demand = others().map(|it| if is_own(it) { it.share } else { it.interfering_share() });
-        let utilisation = Utilisation::sum(demand.chain(blocking));
+        let utilisation = Utilisation::sum(demand.chain(blocking.flatten()));
         let reason = if has_several_cpus { NoBoundReason::SeveralCpus } else { NoBoundReason::Waits };
         (utilisation.compare_roughly(None) != Some(Ordering::Less)).then_some(reason)
     }
@@ -539,17 +570,4 @@ impl Lane<'_, '_> {
         }
         Ok(demand)
     }
-}
-
-/// Returns the least common multiple, or `None` on overflow; both numbers are greater than 0.
-pub(crate) fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
-    (a / greatest_common_divisor(a, b).max(1)).checked_mul(b)
-}
-
-/// Returns the greatest common divisor; that of a number and 0 is the number.
-pub fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a
 }

@@ -3,7 +3,8 @@
 use std::cmp::{Ordering, Reverse};
 
 use crate::exact;
-use crate::lane::{BusyJob, BusyWindow, JobCounts, Lane, LaneMember, least_common_multiple};
+use crate::lane::{BusyJob, BusyWindow, JobCounts, Lane, LaneMember};
+use crate::time::least_common_multiple;
 use crate::utilisation::TaskShare;
 use crate::{Bound, Counted, CpuRule, Method, NoBoundReason, Response, Time, Utilisation, Window};
 
@@ -421,7 +422,8 @@ impl<'a> Lane<'_, 'a> {
     /// responds as q does, and ends the window if and only if q does. In bursts, L = b·H/Tᵢ, and what depends on (q − 1)·Tᵢ is so for
     /// ⌊(q − 1)/b⌋·Tᵢ. The tasks of the thread of i count by q, as i does.
     ///
-    /// With waits, blocking grows with the window: no job repeats then. Those that count as jitter have another demand.
+    /// With waits, blocking grows with the window: no job repeats then. Those that count as jitter have another demand, and what data
+    /// releases has other distances.
     fn last_job(&mut self, place: usize) -> Option<u64> {
         let member = self.members.get(place);
         if self.blocking(place, 2, 1) != Ok(member.blocking) || !self.late_members(place).is_empty() {
@@ -435,6 +437,9 @@ impl<'a> Lane<'_, 'a> {
         for (other, is_of_thread) in thread.chain(others) {
             (self.interrupt)();
             let member = self.members.at(other);
+            if member.task.arrivals.is_some() {
+                return None;
+            }
             let (start, length) = member.regularity()?;
             let start = match is_of_thread {
                 true => start,

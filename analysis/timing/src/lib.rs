@@ -46,7 +46,9 @@
 //! | `locks.rs` | for how long lower priorities delay the users of locks |
 //! | `queue.rs` | threads that execute jobs in the order of their releases |
 //! | `not_preempted.rs` | jobs that are not preempted once they have begun |
-//! | `operations.rs` | the calls of operations that jobs execute for others |
+//! | `arrivals.rs` | how often data releases tasks, from what their writers do |
+//! | `releases.rs` | this for each task of a set |
+//! | `operations.rs` | the calls of operations that jobs execute for others, and the rounds in which they and response times are found |
 //! | `tasks.rs` | [`Tasks`]: what a deployment runs at one level |
 //! | `set_analysis.rs` | [`SetAnalysis`]: its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
@@ -61,6 +63,7 @@
 //! `tests/literature.rs` compares with an independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/`
 //! measures.
 
+mod arrivals;
 mod breakdown;
 mod certificate;
 mod chain;
@@ -83,6 +86,7 @@ mod operations;
 mod paths;
 mod published;
 mod queue;
+mod releases;
 mod response_time;
 mod set_analysis;
 mod simulation;
@@ -103,11 +107,12 @@ mod waits;
 mod worst_case;
 mod write_time;
 
+pub use arrivals::Arrivals;
 pub use breakdown::Breakdown;
 pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRule, ChainStep, NoLatency};
 pub use cpu_set::{CpuSet, sharing_cpus};
 pub use cycle_mean::CycleMean;
-pub use lane::greatest_common_divisor;
+
 pub use lateness::{Excess, Executions, Lateness, NoLateness, lateness};
 pub use level::{Level, MOST_LEVELS};
 pub use lock::{Blocking, Lock, LockUser, Protocol};
@@ -138,10 +143,10 @@ pub use task::{
     Analysis, Bound, Counted, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Order,
     Priority, Response, Status, Task, Waits, Window,
 };
-pub use tasks::{THROTTLING, TaskKind, TaskOperation, Tasks, name_of_other};
-pub use time::{Rounding, Time, TimeError, Unit};
+pub use tasks::{Needs, PortWriter, THROTTLING, TaskKind, TaskOperation, TaskTrigger, Tasks, name_of_other};
+pub use time::{Rounding, Time, TimeError, Unit, greatest_common_divisor};
 pub use trace_bound::{TraceBound, worst_trace};
-pub use trigger::{ChainRelease, Distance, Needs, TriggerWriter, Triggers};
+pub use trigger::{ChainRelease, Distance, TriggerWriter, Triggers};
 pub use utilisation::Utilisation;
 pub use worst_case::{NoWorstCase, WorstCase};
 pub use write_time::ChainWrite;

@@ -1,12 +1,16 @@
-//! The operations that tasks execute for others: how many calls a job of the provider counts, and what it takes for them.
+//! The operations that tasks execute for others: how many calls a job of the provider counts, and what it takes for them. And the
+//! rounds in which these numbers, the releases by data, and the response times are found, which depend on each other.
 
 use std::sync::Arc;
 
+use crate::releases::arrivals;
 use crate::{
-    Blocking, Bound, Demand, Method, Options, Order, Priority, Task, Tasks, Time, Waits, response_times,
+    Blocking, Bound, Demand, Method, Options, Order, PortWriter, Priority, Task, Tasks, Time, Waits,
+    response_times,
 };
 
-/// The maximum number of iterations, before and after the providers whose numbers of calls still grow count as unknown.
+/// The maximum number of iterations, before and after the providers whose numbers of calls, and writers whose response times, still
+/// grow count as unknown.
 const MOST_ROUNDS: u32 = 32;
 
 /// Returns the tasks, each with the calls that it executes, what locks do to each of them, and for each operation the number of calls
@@ -25,10 +29,11 @@ const MOST_ROUNDS: u32 = 32;
 /// executes in t was pending when the window began, or is sent in t: q + the calls of n·Tp + Rc, whatever Rp is. (Nothing is pending
 /// before the start, and q at most just after it.) The less counts.
 ///
-/// The response times R depend on the numbers of calls, and these on R. Every fixed point is sound: suppose that all jobs up to
-/// some instant keep to R; then the calls of that time are counted, and the next job keeps to R too. The least fixed point is
-/// found by iteration from R = 0. Where a response time has no bound, the demand of the provider is unknown.
-pub(crate) fn with_calls(
+/// The response times R depend on the numbers of calls and on how often data releases tasks, and these on R. Every fixed point is sound: suppose that all jobs up to
+/// some instant keep to R; then the calls and the data of that time are counted, and the next job keeps to R too. The least fixed point is
+/// found by iteration from R = 0. Where a response time has no bound, the demand of the provider is unknown, and so is how often a
+/// writer writes.
+pub(crate) fn with_rounds(
     set: &Tasks,
     options: &Options,
     interrupt: &dyn Fn(),
@@ -38,11 +43,15 @@ pub(crate) fn with_calls(
     let first = |task: &Task| (task.priority != Priority::Background).then_some(Time::ZERO);
     let mut responses: Vec<Option<Time>> = set.all.iter().map(first).collect();
     let mut counts = counts(set, &responses);
+    let mut released = arrivals(set, &responses);
     let (_, own_blocking) = set.clone().with_blocking();
     let mut rounds = 0;
     loop {
         // A provider whose calls are unknown may hold its locks for ever.
-        let tasks = Tasks { all: executing(set, &mut counts), ..set.clone() };
+        let mut all = executing(set, &mut counts);
+        all.iter_mut().zip(&released).for_each(|(task, by)| task.arrivals.clone_from(by));
+        let tasks = Tasks { all, ..set.clone() };
+        let before = responses.clone();
         let (tasks, mut blocking) = tasks.with_blocking();
         for (known, found) in responses.iter_mut().zip(response_times(&tasks, &options, interrupt).responses)
         {
@@ -53,7 +62,8 @@ pub(crate) fn with_calls(
             };
         }
         let mut next = self::counts(set, &responses);
-        if next == counts {
+        let mut by_data = arrivals(set, &responses);
+        if next == counts && by_data == released {
             // The reason of a task is that of its locks, not that its calls are unknown for it.
             let own = own_blocking.into_iter().zip(&mut blocking).filter(|(own, _)| !own.is_time());
             own.for_each(|(own, found)| *found = own);
@@ -68,8 +78,15 @@ pub(crate) fn with_calls(
                     *known = None;
                 }
             }
+            let ports = set.triggers.iter().flat_map(|it| it.ports.iter().flatten());
+            for &PortWriter { task, .. } in ports.flatten() {
+                if responses.get(task) != before.get(task) {
+                    responses[task] = None;
+                }
+            }
+            by_data = arrivals(set, &responses);
         }
-        counts = next;
+        (counts, released) = (next, by_data);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The response times of the paper's Table 3, which are no bounds: its traces end with the hyperperiod.
 
-use crate::lane::least_common_multiple;
+use crate::time::least_common_multiple;
 use crate::{Priority, Task, Time, TraceBound};
 
 /// The maximum number of iterations for one task.

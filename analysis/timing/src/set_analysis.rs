@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::operations::with_calls;
+use crate::operations::with_rounds;
+use crate::releases::follows_writers;
 use crate::response_times;
 use crate::{
     Analysis, Blocking, Bound, CpuLoad, CycleMean, Method, Options, Response, Task, Tasks, Utilisation,
@@ -29,12 +30,11 @@ pub struct SetAnalysis {
 impl Tasks {
     /// Computes the response times. To cancel, `interrupt` unwinds.
     pub fn response_times(&self, options: &Options, interrupt: &dyn Fn()) -> SetAnalysis {
-        let (all, blocking, calls) = match self.operations.as_slice() {
-            [] => {
-                let (all, blocking) = self.clone().with_blocking();
-                (all, blocking, Vec::new())
-            }
-            _ => with_calls(self, options, interrupt),
+        let (all, blocking, calls) = if self.operations.is_empty() && !follows_writers(self) {
+            let (all, blocking) = self.clone().with_blocking();
+            (all, blocking, Vec::new())
+        } else {
+            with_rounds(self, options, interrupt)
         };
         let Analysis { responses, cpus } = response_times(&all, options, interrupt);
         let is_overloaded = responses.iter().any(|it| matches!(it.bound, Bound::Unbounded { .. }));
@@ -76,13 +76,13 @@ impl SetAnalysis {
 }
 
 fn share(task: &Task, method: Method) -> f64 {
-    let (Some(machine), Some(period)) = (task.executed(), task.period) else { return 0.0 };
+    let Some(machine) = task.executed() else { return 0.0 };
     let mean = match (method, task.demand.own(method)) {
         (Method::Classic, Some(cost)) if task.waits.is_none() => CycleMean { cost, length: 1 },
         (Method::Classic, _) => CycleMean { cost: machine.greatest_cost(), length: 1 },
         _ => machine.greatest_cycle_mean(),
     };
-    Utilisation::new([(task.mean_of_burst(mean), period)]).as_f64()
+    Utilisation::new(task.mean_of_jobs(mean)).as_f64()
 }
 #[cfg(test)]
 mod tests {

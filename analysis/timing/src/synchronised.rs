@@ -17,8 +17,9 @@
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
-use crate::lane::{Lane, LaneMember, Members, least_common_multiple};
+use crate::lane::{Lane, LaneMember, Members};
 use crate::lane_analysis::LaneResponse;
+use crate::time::least_common_multiple;
 use crate::{Bound, Method, Options, Priority, Time};
 
 /// The maximum product of the number of instants and the square of the number of members, which is about the number of visited

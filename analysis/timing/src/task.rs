@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{CpuSet, CycleMean, Edge, MachineError, StateMachine, Time, Utilisation};
+use crate::arrivals::rate;
+use crate::{Arrivals, CpuSet, CycleMean, Edge, MachineError, StateMachine, Time, Utilisation};
 
 /// The priority of a task. A greater one is a higher priority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -67,6 +68,9 @@ pub struct Task {
     pub is_not_preempted: bool,
     /// The nominal instant of a release modulo T, on the clock of number [`clock`](Self::clock); `None` if its phase is unknown.
     pub offset: Option<Time>,
+    /// How often data releases it, where that is known from its writers: T and b hold all the same.
+    /// [`Tasks::response_times`](crate::Tasks::response_times) computes it.
+    pub arrivals: Option<Arc<Arrivals>>,
     /// The number of the clock that the offset counts on: only tasks of one number share a clock.
     pub clock: u32,
     /// The CPUs on which the task may run; `None` if unknown.
@@ -251,15 +255,20 @@ impl Task {
     /// Returns the earliest nominal release of a job of a window, from 1, counted from that of the first one; `None` if it does not
     /// fit, or without a period.
     pub fn release_of(&self, job: u64) -> Option<Time> {
-        self.period?.checked_mul(job.saturating_sub(1) / self.burst())
+        let by_distance = self.period?.checked_mul(job.saturating_sub(1) / self.burst())?;
+        let by_data = self.arrivals.as_ref().map(|it| Time::from_nanos(it.release_of(job)));
+        Some(by_data.unwrap_or_default().max(by_distance))
     }
 
-    /// Returns the long-run mean of a burst of jobs, from that of one job. What does not fit is at least the whole CPU.
-    pub(crate) fn mean_of_burst(&self, mean: CycleMean) -> CycleMean {
-        match mean.cost.checked_mul(self.burst()) {
+    /// Returns the long-run mean of jobs, from that of one job, and the time in which it counts. What does not fit is at least the whole
+    /// CPU.
+    pub(crate) fn mean_of_jobs(&self, mean: CycleMean) -> Option<(CycleMean, Time)> {
+        let (jobs, length) = rate(self.period?.as_nanos(), self.burst(), self.arrivals.as_deref());
+        let mean = match mean.cost.checked_mul(jobs) {
             Some(cost) => CycleMean { cost, ..mean },
             None => CycleMean { cost: Time::from_nanos(u64::MAX), length: 1 },
-        }
+        };
+        Some((mean, Time::from_nanos(length)))
     }
 
     /// Returns what its jobs execute: their demand without waits.

@@ -1,5 +1,7 @@
 //! What a deployment runs at one level: its activities, and what else delays them.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{CpuSet, Demand, Lock, Priority, StateMachine, Task, Time};
 
 /// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
@@ -24,6 +26,37 @@ pub struct TaskOperation {
     pub during: Option<usize>,
 }
 
+/// Which of several ports need new data to release a task.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Needs {
+    /// One of them.
+    #[default]
+    Any,
+    /// Each of them.
+    All,
+}
+
+/// The ports whose data releases a task.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct TaskTrigger {
+    /// The index of the task.
+    pub task: usize,
+    /// Which of the ports need new data.
+    pub needs: Needs,
+    /// The writers of each port; none where it is not known what they write, or where it waits in a buffer.
+    pub ports: Vec<Option<Vec<PortWriter>>>,
+}
+
+/// A task that writes a port.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct PortWriter {
+    /// Its index.
+    pub task: usize,
+    /// The most writes in one of its jobs.
+    pub writes: u64,
+}
+
 /// The tasks of a deployment at one level: those of its activities, of other real-time work, and of real-time throttling. So an
 /// activity and its task have one index; [`Tasks::kind`] says which task is what.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -35,6 +68,8 @@ pub struct Tasks {
     pub operations: Vec<TaskOperation>,
     /// The locks that the tasks take.
     pub locks: Vec<Lock>,
+    /// Who writes the data that releases tasks, as far as that is known.
+    pub triggers: Vec<TaskTrigger>,
 }
 
 /// What a task of a deployment is.

@@ -326,6 +326,19 @@ fn digits(text: &str) -> Option<Vec<u8>> {
     after_digit.then_some(digits)
 }
 
+/// Returns the least common multiple, or `None` on overflow; both numbers are greater than 0.
+pub(crate) fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
+    (a / greatest_common_divisor(a, b).max(1)).checked_mul(b)
+}
+
+/// Returns the greatest common divisor; that of a number and 0 is the number.
+pub fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -28,7 +28,7 @@
 //! the writer and R of the writer later at most. If the data is paced, and the writes are more than S apart, each datum releases a job
 //! at once that starts before the next one arrives: k releases take k gaps, and R of the writer once.
 
-use crate::{Task, Tasks, Time};
+use crate::{Needs, Task, Tasks, Time};
 
 /// How far apart releases are: k of them take k·each + late at most.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -66,16 +66,6 @@ pub struct TriggerWriter {
     pub writes: Option<u32>,
     /// Whether the connection has a buffer.
     pub has_buffer: bool,
-}
-
-/// Which of several ports need new data to release a task.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Needs {
-    /// One of them.
-    #[default]
-    Any,
-    /// Each of them.
-    All,
 }
 
 /// The ports whose data releases a task.

@@ -71,6 +71,9 @@ fn in_words(reason: &str) -> &str {
         "no-form" => {
             "it is met only by combinations of paths, synchronised clocks, or waits that leave the CPU to others"
         }
+        "by-writers" => {
+            "data releases it, or what delays it, less often than `least` says, which has no form in a certificate"
+        }
         "several-cpus" => "its jobs may run on several CPUs",
         "too-many-jobs" => "its busy window has too many jobs, or that of a task that it depends on",
         "not-by-steps" => "its steps alone do not show its latency, or that it is within its limit",

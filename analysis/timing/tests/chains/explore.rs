@@ -81,6 +81,8 @@ struct State {
     is_changed: bool,
     /// Whether an effect has shown something new.
     is_seen: bool,
+    /// The task of a job whose response is measured, and the number of its jobs that end before.
+    measured: Option<(u8, u8)>,
 }
 
 /// Where a CPU is at an instant.
@@ -106,9 +108,20 @@ pub(crate) struct Greatest {
 
 /// Explores all schedules. No time is counted above `most`: it stands for all that are greater. `None` if they are too many.
 pub(crate) fn explore(system: &System, most: u64) -> Option<Greatest> {
+    all_schedules(system, most, false).map(|it| it.greatest)
+}
+
+/// The same for the response times of the tasks; the world does not change.
+pub(crate) fn greatest_responses(system: &System, most: u64) -> Option<[u64; TASKS]> {
+    all_schedules(system, most, true).map(|it| it.responses)
+}
+
+fn all_schedules(system: &System, most: u64, measures: bool) -> Option<Exploration<'_>> {
     let mut exploration = Exploration {
         system,
         most,
+        measures,
+        responses: [0; TASKS],
         greatest: Greatest::default(),
         known: FxHashMap::default(),
         open: Vec::new(),
@@ -116,18 +129,21 @@ pub(crate) fn explore(system: &System, most: u64) -> Option<Greatest> {
     };
     exploration.begin();
     while let Some(state) = exploration.open.pop() {
-        if exploration.known.len() > MOST_STATES {
+        if exploration.known.len() > if measures { MOST_STATES / 2 } else { MOST_STATES } {
             return None;
         }
         let time = exploration.known[&state];
         exploration.releases(state, 0, time);
     }
-    Some(exploration.greatest)
+    Some(exploration)
 }
 
 struct Exploration<'a> {
     system: &'a System,
     most: u64,
+    /// Whether each job is measured, in place of a change.
+    measures: bool,
+    responses: [u64; TASKS],
     greatest: Greatest,
     /// The most time since the change, by state.
     known: FxHashMap<State, u64>,
@@ -160,6 +176,7 @@ impl Exploration<'_> {
             shown: Value::Constant,
             is_changed: false,
             is_seen: false,
+            measured: None,
         };
         let mut states = vec![state];
         for (place, task) in self.system.tasks.iter().enumerate() {
@@ -172,6 +189,15 @@ impl Exploration<'_> {
                 state
             };
             states = phases.flat_map(|until| states.iter().map(move |state| with(state, until))).collect();
+            if self.measures && task.trigger.is_some() {
+                // The first job may need no data.
+                let mut first = states.clone();
+                first.iter_mut().for_each(|state| {
+                    let of = &mut state.tasks[place];
+                    (of.has_data, of.has_other) = (true, true);
+                });
+                states.extend(first);
+            }
         }
         for state in states {
             self.enter(state, 0);
@@ -214,12 +240,29 @@ impl Exploration<'_> {
             return self.releases(state, place + 1, time);
         }
         let of = &mut state.tasks[place];
-        if task.trigger.is_some() {
-            trigger(of, task, self.needs(place));
-        } else if of.until == 0 {
+        let is_released = match task.trigger {
+            Some(_) => trigger(of, task, self.needs(place)),
+            None => of.until == 0,
+        };
+        if task.trigger.is_none() && is_released {
             of.until = task.period;
             of.late = task.jitter + 1;
         }
+        for (state, time) in self.measured(state, place, is_released, time) {
+            self.late_release(state, place, time);
+        }
+    }
+
+    /// Returns a state, and the same where the job that is released now nominally is measured, each with its time.
+    fn measured(&self, state: State, place: usize, is_released: bool, time: u64) -> Vec<(State, u64)> {
+        let is_measured = self.measures && is_released && state.measured.is_none();
+        let measured = State { measured: Some((place as u8, state.tasks[place].jobs)), ..state };
+        [(state, time)].into_iter().chain(is_measured.then_some((measured, 0))).collect()
+    }
+
+    /// Releases a task now, or later within its jitter.
+    fn late_release(&mut self, mut state: State, place: usize, time: u64) {
+        let of = &mut state.tasks[place];
         if of.late > 1 {
             let mut later = state;
             later.tasks[place].late -= 1;
@@ -305,7 +348,7 @@ impl Exploration<'_> {
     /// later one up to the next sample is seen as late as that.
     fn add_changed(&mut self, open: &mut Vec<(State, [Stage; TASKS])>, state: State, stages: [Stage; TASKS]) {
         let has_begun = state.tasks[..self.system.tasks.len()].iter().all(|task| task.has_begun);
-        if !state.is_changed && has_begun {
+        if !self.measures && !state.is_changed && has_begun {
             self.add(open, State { is_changed: true, ..state }, stages, 0);
         }
     }
@@ -329,6 +372,14 @@ impl Exploration<'_> {
                 if rest.is_empty() {
                     (of.state, of.edge, of.at) = (edge.target as u8, NONE, 0);
                     of.jobs -= 1;
+                    match &mut ended.measured {
+                        Some((task, 0)) if usize::from(*task) == place => {
+                            self.responses[place] = self.responses[place].max(time);
+                            return;
+                        }
+                        Some((task, before)) if usize::from(*task) == place => *before -= 1,
+                        _ => {}
+                    }
                     of.has_data |= self.system.tasks[place].buffer.is_some() && ended.ports[place].length > 0;
                 }
                 let is_timed = |statement: &Statement| matches!(statement, Statement::Compute(_));
@@ -427,7 +478,11 @@ impl Exploration<'_> {
             }
             Statement::Read(variable) | Statement::ReadOrSkip(variable) => {
                 if place <= self.system.first {
-                    let now = if state.is_changed { Value::New } else { Value::Old };
+                    let now = match (state.is_changed, self.measures) {
+                        (_, true) => Value::Constant,
+                        (true, _) => Value::New,
+                        (false, _) => Value::Old,
+                    };
                     state.tasks[place].variables[variable] = now;
                     if place == self.system.first {
                         self.add_changed(open, state, stages);
@@ -457,17 +512,20 @@ impl Exploration<'_> {
         let Some(task) = task.filter(|task| trigger(&mut state.tasks[place], task, self.needs(place))) else {
             return self.add(open, state, stages, time);
         };
-        if task.jitter > 0 {
-            let mut later = state;
-            later.tasks[place].late -= 1;
-            self.add(open, later, stages, time);
-        }
-        let of = &mut state.tasks[place];
-        (of.late, of.jobs) = (0, of.jobs + 1);
+        let (jitter, before) = (task.jitter, stages);
         if !matches!(stages[task.cpu], Stage::Ending(_)) {
             stages[task.cpu] = Stage::Choosing;
         }
-        self.add(open, state, stages, time);
+        for (mut state, time) in self.measured(state, place, true, time) {
+            if jitter > 0 {
+                let mut later = state;
+                later.tasks[place].late -= 1;
+                self.add(open, later, before, time);
+            }
+            let of = &mut state.tasks[place];
+            (of.late, of.jobs) = (0, of.jobs + 1);
+            self.add(open, state, stages, time);
+        }
     }
 
     /// Returns what releases a task with two ports.
@@ -507,7 +565,8 @@ impl Exploration<'_> {
                 let of = &mut state.tasks[place];
                 (of.until, of.older) = (of.until.saturating_sub(1), of.older.saturating_sub(1));
             }
-            return self.enter(state, if state.is_changed { time + 1 } else { 0 });
+            return self
+                .enter(state, if state.is_changed || state.measured.is_some() { time + 1 } else { 0 });
         };
         if let Stage::Executing(place) = *stage {
             let of = &mut state.tasks[place];

@@ -8,7 +8,7 @@ use super::core::{
     Statement::{Clear, Compute, Merge, Move, Read, ReadOrSkip, Write},
     looping,
 };
-use super::explore::{Greatest, explore};
+use super::explore::{Greatest, explore, greatest_responses};
 use super::system::{System, Task, task};
 use crate::reachability::random::{Random, systems_or};
 
@@ -29,6 +29,8 @@ enum Kind {
     SeveralTriggers,
     /// Chains that data releases, whose steps share CPUs with each other and with other tasks.
     Transactions,
+    /// Data releases tasks less often than they may be.
+    Released,
     /// One thread executes two or three of the tasks.
     Threads,
     /// Tasks on a CPU each that read at their start and write at their end.
@@ -204,6 +206,9 @@ impl Random {
         }
         let is_reversed = kind == Kind::Threads && self.one_in(2);
         let mut second = None;
+        if kind == Kind::Released {
+            return self.released();
+        }
         if kind == Kind::SeveralTriggers {
             while tasks.len() < 3 {
                 tasks.push(task(self));
@@ -223,6 +228,33 @@ impl Random {
             second = Some((1, if self.one_in(2) { Needs::Any } else { Needs::All }));
         }
         System { tasks, first, chain, is_reversed, is_early: self.one_in(3), second }
+    }
+}
+
+impl Random {
+    /// Returns tasks whose writers release them less often than their least distance says, mostly on one CPU.
+    fn released(&mut self) -> System {
+        let cpus = if self.one_in(3) { 2 } else { 1 };
+        let count = self.within(2, 3);
+        let mut tasks: Vec<Task> = Vec::new();
+        for place in 0..count {
+            let writes: &[Statement] = match self.below(4) {
+                0 => &[Read(0), Write(0), Compute(1), Write(0)],
+                1 => &[Read(0), Compute(2), Write(0)],
+                _ => &[Read(0), Compute(1), Write(0)],
+            };
+            let core = if self.one_in(4) { self.core() } else { looping(&[writes]) };
+            let is_triggered = place > 0 && (place == 1 || self.one_in(2));
+            let period = if is_triggered { self.within(1, 3) } else { self.within(3, 7) };
+            let of = task(self.below(cpus) as usize, self.below(4) as u32, period as u8, core);
+            let jitter = if self.one_in(4) { self.within(1, 2).min(period - 1) as u8 } else { 0 };
+            let trigger = is_triggered.then(|| if self.one_in(6) { 2 } else { 1 });
+            tasks.push(Task { jitter, trigger, ..of });
+        }
+        let has_second = count == 3 && tasks[2].trigger.is_none();
+        let second = has_second.then(|| (1, if self.one_in(2) { Needs::Any } else { Needs::All }));
+        let chain = if has_second { 2 } else { tasks.len() };
+        System { tasks, first: 0, chain, is_reversed: false, is_early: self.one_in(3), second }
     }
 }
 
@@ -370,6 +402,35 @@ fn no_data_of_a_transaction_is_older_than_a_bound() {
     let totals = explore_random_chains(Kind::Transactions, 12);
     let [attained, all] = totals.apart;
     assert!(all * 10 > totals.explored && attained * 3 > all, "{totals:?}");
+/// Response times, also of tasks that no data releases, where data releases some of them less often than their least distance says.
+#[test]
+fn no_response_of_tasks_that_follow_their_writers_is_above_a_bound() {
+    let systems = systems_or(SYSTEMS) / 2;
+    let mut random = Random(12 + (search::seed() << 8));
+    // Bounds that are attained, all of them, their sum, and that of what is found: those that are less by the writers, and the others.
+    let (mut explored, mut tried, mut less, mut others) = (0, 0, [0; 4], [0; 4]);
+    while explored < systems {
+        tried += 1;
+        assert!(tried < 100 * systems, "too few systems can be explored: {explored}");
+        let kind =
+            [Kind::Released, Kind::Released, Kind::Triggers, Kind::SeveralTriggers][random.below(4) as usize];
+        let system = random.chain(kind);
+        let [bounds, by_distance] = system.responses();
+        let Some(most) = bounds.iter().flatten().max() else { continue };
+        let Some(found) = greatest_responses(&system, most + 1) else { continue };
+        explored += 1;
+        for (task, bound) in bounds.iter().enumerate() {
+            assert!(bound.is_some() || by_distance[task].is_none(), "a bound is lost: {system:?}");
+            let Some(bound) = *bound else { continue };
+            assert!(found[task] <= bound, "{task}: {} is above {bound} in\n{system:?}", found[task]);
+            assert!(by_distance[task].is_none_or(|it| bound <= it), "a greater bound in\n{system:?}");
+            let of = if by_distance[task] == Some(bound) { &mut others } else { &mut less };
+            let of_task = [u64::from(found[task] == bound), 1, bound, found[task]];
+            of.iter_mut().zip(of_task).for_each(|(sum, it)| *sum += it);
+        }
+    }
+    println!("{explored} of {tried} systems; less by their writers: {less:?}, others: {others:?}");
+    assert!(less[1] * 5 > explored && less[3] * 2 > less[2], "{less:?} of {explored}");
 }
 
 #[test]

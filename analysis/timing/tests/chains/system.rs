@@ -2,7 +2,8 @@
 
 use mauve_timing::{
     Bound, ChainBuffer, ChainStep, ChainWrite, CpuSet, Demand, Distance, Edge, Method, Needs, NoLatency,
-    Options, Priority, SetAnalysis, StateMachine, Tasks, Time, TriggerWriter, Triggers,
+    Options, PortWriter, Priority, SetAnalysis, StateMachine, TaskTrigger, Tasks, Time, TriggerWriter,
+    Triggers,
 };
 
 use super::core::{Core, Facts, cost};
@@ -101,7 +102,7 @@ impl System {
         tasks.map(|(place, task)| task.core.facts(place <= self.first)).collect()
     }
 
-    fn analyse(&self) -> SetAnalysis {
+    fn analyse(&self, follows_writers: bool) -> SetAnalysis {
         let tasks = self.tasks.iter().map(|task| {
             let edge = |edge: &super::core::Edge| Edge {
                 source: edge.source as u32,
@@ -127,7 +128,37 @@ impl System {
         if self.is_reversed {
             tasks.reverse();
         }
-        Tasks::new(tasks).response_times(&OPTIONS, &|| ())
+        let mut set = Tasks::new(tasks);
+        if follows_writers {
+            set.triggers = self.triggers();
+        }
+        set.response_times(&OPTIONS, &|| ())
+    }
+
+    /// Returns the bounds for the response times of the tasks, and those by the least distance of releases alone.
+    pub(crate) fn responses(&self) -> [Vec<Option<u64>>; 2] {
+        [true, false].map(|follows_writers| {
+            let bound = |response: &mauve_timing::Response| match response.bound {
+                Bound::Response(time) => Some(time.as_nanos()),
+                _ => None,
+            };
+            let found = self.analyse(follows_writers).responses;
+            (0..self.tasks.len()).map(|task| bound(&found[self.analysed(task)])).collect()
+        })
+    }
+
+    fn triggers(&self) -> Vec<TaskTrigger> {
+        let writer =
+            |task: usize| PortWriter { task: self.analysed(task), writes: self.writes_of(task).into() };
+        let of_task = |(task, of): (usize, &Task)| {
+            of.trigger?;
+            let mut ports = vec![of.buffer.is_none().then(|| vec![writer(task - 1)])];
+            let second = self.second.filter(|(reader, _)| *reader == task);
+            ports.extend(second.map(|_| Some(vec![writer(self.chain)])));
+            let needs = second.map(|(_, needs)| needs).unwrap_or_default();
+            Some(TaskTrigger { task: self.analysed(task), needs, ports })
+        };
+        self.tasks.iter().enumerate().filter_map(of_task).collect()
     }
 
     /// Returns the bounds, if each component passes data on for sure.
@@ -137,7 +168,7 @@ impl System {
         if others.iter().any(|facts| !facts.keeps) {
             return None;
         }
-        let analysis = self.analyse();
+        let analysis = self.analyse(true);
         let response = |task: usize| match analysis.responses[self.analysed(task)].bound {
             Bound::Response(time) => Some(time),
             _ => None,
