@@ -193,7 +193,8 @@ impl<'a> WaySearch<'a> {
         let mut tasks = Vec::new();
         for index in 0..phases.len() {
             let phase = phases.get(self.first_of_thread(index)).copied().unwrap_or_default();
-            tasks.push(self.path(index).map(|edges| ScriptedTask { first: Time::from_nanos(phase), edges }));
+            let first = Time::from_nanos(phase);
+            tasks.push(self.path(index).map(|edges| ScriptedTask { first, edges, arrivals: None }));
         }
         let options = SimulationOptions {
             least_time: 100,

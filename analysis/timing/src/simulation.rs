@@ -7,7 +7,8 @@
 //!
 //! - **Releases**: every period from the [offset](Task::offset) on its clock, or where there is none from a random phase, or from 0
 //!   ([`SimulationOptions::simultaneous`]); each is late by a random time up to the jitter, and their order is kept. A sporadic
-//!   task is released at random distances, often the least ones.
+//!   task is released at random distances, often the least ones. A task of [`Tasks::triggers`] whose writers are all known and
+//!   simulated is released when they write: each of their jobs as often as any may, at random instants of its execution.
 //! - **Jobs**: a job takes a random edge of its state, and a random part of the cost of that edge. Late jobs queue: each starts
 //!   after the end of the earlier one. A thread of several tasks executes a job of each in a period, one after another; or, with
 //!   another [`Order`](crate::Order), the job that was released first, or any.
@@ -30,8 +31,10 @@ mod random;
 
 pub use self::random::Random;
 
-use crate::lane::least_common_multiple;
-use crate::{Priority, Task, Tasks, Time};
+use std::sync::Arc;
+
+use crate::time::least_common_multiple;
+use crate::{Arrivals, Priority, Task, Tasks, Time};
 
 /// The options of a simulation.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -105,6 +108,8 @@ pub struct ScriptedTask {
     /// The edges of its first jobs, by their indices. Each takes the full execution time, then waits for the full time, and takes no
     /// lock; the edges of the jobs after them are random.
     pub edges: Vec<usize>,
+    /// How often data releases it.
+    pub arrivals: Option<Arc<Arrivals>>,
 }
 
 /// When a provider executes the pending calls of its operations.

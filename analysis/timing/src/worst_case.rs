@@ -1,11 +1,12 @@
 //! The schedule behind a response time: when the tasks are released, and which paths they take, in the window that gives it.
 //!
 //! On one CPU, a bound of [`Method::Exact`](crate::Method::Exact) is attained by this schedule if its budget was enough, and no
-//! operations or release jitter of tasks with an offset are in it. Otherwise the schedule may stay below the bound. So it does where
+//! operations or release jitter of tasks with an offset are in it. (Of tasks that data releases, the releases are as
+//! early as the bound for them allows: their writers may never write so.) Otherwise the schedule may stay below the bound. So it does where
 //! jobs wait, which they do here after all that they execute, and where locks delay the activity: no lower priority is in the
 //! schedule.
 
-use crate::lane::greatest_common_divisor;
+use crate::time::greatest_common_divisor;
 use crate::{Bound, Breakdown, Options, Script, ScriptedTask, Task, Tasks, Time, worst_trace};
 
 /// A schedule in which an activity responds as late as its analysis knows.
@@ -87,7 +88,9 @@ impl Tasks {
         let own = (activity, window.delay, own.unwrap_or_default());
         let scripted = interfering.into_iter().map(|it| (it.task, it.delay, it.edges));
         for (task, delay, edges) in scripted.chain([own]) {
-            *tasks.get_mut(task)? = Some(ScriptedTask { first: first(all.get(task)?, delay)?, edges });
+            let of = all.get(task)?;
+            let arrivals = of.arrivals.clone();
+            *tasks.get_mut(task)? = Some(ScriptedTask { first: first(of, delay)?, edges, arrivals });
         }
         let after = first(of, window.delay)?.checked_add(of.period?.checked_mul(late.job / of.burst())?)?;
         let end = start.checked_add(Time::from_nanos(late.length))?;

@@ -7,8 +7,9 @@ use std::time::Instant;
 
 use mauve_tests::search;
 use mauve_timing::{
-    Bound, Calls, CpuSet, Demand, Edge, Executed, Lock, LockUser, Method, Options, Protocol, Random,
-    Schedule, SimulationOptions, StateMachine, Task, TaskOperation, Tasks, Time, Waits,
+    Bound, Calls, CpuSet, Demand, Edge, Executed, Lock, LockUser, Method, Needs, Options, PortWriter,
+    Protocol, Random, Schedule, SimulationOptions, StateMachine, Task, TaskOperation, TaskTrigger, Tasks,
+    Time, Waits,
 };
 
 /// The jobs that are compared with bounds, where the environment does not say otherwise.
@@ -131,6 +132,41 @@ fn no_response_on_several_cpus_exceeds_its_bound() {
             if systems.from(0, 2) == 0 {
                 activity.jitter = Time::from_nanos(systems.from(0, 2 * period));
             }
+        }
+        set
+    });
+}
+
+/// Data releases some of the activities, also each other in circles, less often than they may be.
+#[test]
+fn no_response_of_what_follows_its_writers_exceeds_its_bound() {
+    compare("releases by data", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(20, 70));
+        let mut set = systems.set(cpus, percent);
+        let count = set.activities().len() as u64;
+        for task in 0..count as usize {
+            if count < 2 || systems.from(0, 1) == 0 {
+                continue;
+            }
+            let faster = systems.from(1, 6);
+            let is_late = systems.from(0, 3) == 0;
+            let activity = &mut set.activities_mut()[task];
+            let period = activity.period.unwrap().as_nanos();
+            (activity.is_sporadic, activity.burst) = (true, systems.from(1, 4) / 3);
+            activity.period = Some(Time::from_nanos((period / faster).max(1)));
+            activity.jitter = Time::from_nanos(if is_late { systems.from(0, period) } else { 0 });
+            let mut port = || {
+                let writers = 1 + systems.from(0, 3) / 3;
+                let writer = |systems: &mut Systems| PortWriter {
+                    task: systems.from(0, count - 1) as usize,
+                    writes: systems.from(1, 4).div_ceil(2),
+                };
+                Some((0..writers).map(|_| writer(systems)).collect())
+            };
+            let ports: Vec<Option<Vec<PortWriter>>> =
+                if period % 2 == 0 { vec![port()] } else { vec![port(), port()] };
+            let needs = if systems.from(0, 1) == 0 { Needs::Any } else { Needs::All };
+            set.triggers.push(TaskTrigger { task, needs, ports });
         }
         set
     });

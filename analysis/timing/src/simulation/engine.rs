@@ -5,11 +5,12 @@ use std::cmp::Reverse;
 use std::collections::binary_heap::PeekMut;
 use std::collections::{BinaryHeap, VecDeque};
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::random::Random;
 use super::{Calls, Executed, Job, Schedule, SimulationOptions, Slice, Statistics};
 use crate::response_time::linked;
-use crate::{CpuSet, Edge, Order, Protocol, StateMachine, Task, TaskKind, Tasks, Time};
+use crate::{Arrivals, CpuSet, Edge, Needs, Order, Protocol, StateMachine, Task, TaskKind, Tasks, Time};
 
 /// The longest simulation. A sum of two instants within it does not overflow.
 const LONGEST: u64 = 1 << 63;
@@ -68,6 +69,12 @@ struct SimulatedThread {
     nominals: VecDeque<u64>,
     /// Whether it is released as often as possible.
     is_scripted: bool,
+    /// With a script: its first nominal release, and how often data releases it.
+    arrivals: Option<(u64, Arc<Arrivals>)>,
+    /// What releases it, if its writers do.
+    trigger: Option<SimulatedTrigger>,
+    /// The ports that it writes: the task that reads each, the number of the port, and the writes of a job.
+    writes: Vec<(usize, usize, u64)>,
     /// All tasks of its thread, in their order; empty if the thread has no others.
     mates: Rc<[usize]>,
     order: Order,
@@ -120,6 +127,15 @@ struct SimulatedThread {
     open: VecDeque<usize>,
 }
 
+/// The ports whose data releases a task.
+struct SimulatedTrigger {
+    needs: Needs,
+    /// Whether data has come at each of them since the start of the last job.
+    has_data: Vec<bool>,
+    /// Whether a job is released, or will be, and has not started.
+    is_pending: bool,
+}
+
 /// The current part of a job.
 struct JobPart {
     executed: Executed,
@@ -128,6 +144,8 @@ struct JobPart {
     since: u64,
     /// The start of the current slice.
     slice: u64,
+    /// Whether it is an edge that has not started.
+    is_new: bool,
 }
 
 /// What a part does at an instant. Of one instant, the greatest comes first.
@@ -135,6 +153,8 @@ struct JobPart {
 enum PartStop {
     /// It sends a call of the operation with this index.
     Send(usize),
+    /// It writes the port with this index of those that it writes.
+    Write(usize),
     /// It takes the lock with this index.
     Take(usize),
     /// It waits for this time.
@@ -301,7 +321,30 @@ impl<'a> Engine<'a> {
         let operations = operations.map(|it| (provider(it.provider), it.time.as_nanos(), it.pending));
         engine.operations = operations.collect();
         engine.add_locks(set, &thread_of);
+        engine.add_triggers(set, &thread_of);
         engine
+    }
+
+    /// Enters the tasks that are released when their writers write: those whose writers are all known and simulated.
+    fn add_triggers(&mut self, set: &Tasks, thread_of: &[Option<usize>]) {
+        let thread = |task: usize| thread_of.get(task).copied().flatten();
+        for trigger in set.triggers.iter().filter(|_| self.options.script.is_none()) {
+            let ports = trigger.ports.iter().map(|port| {
+                port.as_ref()?.iter().map(|it| Some((thread(it.task)?, it.writes.min(MOST_CALLS)))).collect()
+            });
+            let ports: Option<Vec<Vec<(usize, u64)>>> = ports.collect();
+            let Some((reader, ports)) = thread(trigger.task).zip(ports) else { continue };
+            self.releases.retain(|Reverse((_, index))| *index != reader);
+            let has_data = vec![false; ports.len()];
+            let task = &mut self.threads[reader];
+            task.next_release = 0;
+            task.trigger = Some(SimulatedTrigger { needs: trigger.needs, has_data, is_pending: false });
+            for (number, port) in ports.into_iter().enumerate() {
+                for (writer, writes) in port {
+                    self.threads[writer].writes.push((reader, number, writes));
+                }
+            }
+        }
     }
 
     /// Enters the tasks of each thread that has several.
@@ -400,6 +443,7 @@ impl<'a> Engine<'a> {
             is_scripted: of_script.is_some(),
             order: task.order,
             is_not_preempted: task.is_not_preempted,
+            arrivals: of_script.and_then(|it| Some((phase, it.arrivals.clone()?))),
             cpus,
             group: self.groups.iter().position(|group| group.cpus.meets(cpus)).unwrap_or_default(),
             steps: steps_of(machine, task),
@@ -454,7 +498,7 @@ impl<'a> Engine<'a> {
         task.next_release = task.release_after(nominal);
         let late = if task.jitter > 0 { task.release_choices.up_to(task.jitter) } else { 0 };
         let next = task.next_release.saturating_add(late).max(now).max(self.options.not_before());
-        if next < self.length {
+        if next < self.length && task.trigger.is_none() {
             *first = Reverse((next, index));
             drop(first);
         } else {
@@ -478,6 +522,43 @@ impl<'a> Engine<'a> {
         }
         if task.part.is_none() {
             self.wake(index);
+        }
+    }
+
+    /// Writes a port whose data releases a task.
+    fn write(&mut self, reader: usize, port: usize) {
+        if let Some(has_data) = self.threads[reader].trigger.as_mut().and_then(|it| it.has_data.get_mut(port))
+        {
+            *has_data = true;
+        }
+        self.release_by_data(reader);
+    }
+
+    /// Releases a task if data has come for its next job, not sooner than its least distance after the job before.
+    fn release_by_data(&mut self, index: usize) {
+        let task = &mut self.threads[index];
+        let Some(trigger) = task.trigger.as_mut().filter(|it| !it.is_pending) else { return };
+        let has_come = |it: &bool| *it;
+        trigger.is_pending = match trigger.needs {
+            Needs::Any => trigger.has_data.iter().any(has_come),
+            Needs::All => trigger.has_data.iter().all(has_come),
+        };
+        if trigger.is_pending {
+            task.next_release = task.next_release.max(self.now);
+            let release = task.next_release.saturating_add(task.release_choices.up_to(task.jitter));
+            if release < self.length {
+                self.releases.push(Reverse((release, index)));
+            }
+        }
+    }
+
+    /// Notes that a job of a task starts: data from then on is for the next one.
+    fn note_start(&mut self, index: usize) {
+        let task = &mut self.threads[index];
+        let is_start = task.part.as_mut().is_some_and(|it| std::mem::take(&mut it.is_new));
+        if let Some(trigger) = task.trigger.as_mut().filter(|_| is_start) {
+            trigger.has_data.fill(false);
+            trigger.is_pending = false;
         }
     }
 
@@ -540,7 +621,8 @@ impl<'a> Engine<'a> {
         let is_activity = task.kind == TaskKind::Activity;
         let least_time = if is_activity { self.options.least_time } else { 100 };
         let mut begin = |executed, cost| {
-            task.part = Some(JobPart { executed, remaining: cost, since: self.now, slice: self.now });
+            let is_new = matches!(executed, Executed::Edge(_));
+            task.part = Some(JobPart { executed, remaining: cost, since: self.now, slice: self.now, is_new });
         };
         if calls > 0
             && let Some(operation) = task.calls.pop_front()
@@ -573,6 +655,7 @@ impl<'a> Engine<'a> {
             Some(_) => {}
             None => task.choose_suspensions(cost, step.wait, least_time),
         }
+        task.choose_writes(cost);
         task.choose_sends(None, cost);
         true
     }
@@ -589,6 +672,10 @@ impl<'a> Engine<'a> {
         while let Some((at, stop)) = self.threads[index].stops.pop_if(|(at, _)| *at >= remaining) {
             match stop {
                 PartStop::Send(operation) => self.send(operation),
+                PartStop::Write(port) => {
+                    let written = self.threads[index].writes.get(port).copied();
+                    written.into_iter().for_each(|(reader, port, _)| self.write(reader, port));
+                }
                 PartStop::Leave(lock) => self.leave(lock, index),
                 PartStop::Take(lock) if self.take(lock, index) => {}
                 PartStop::Take(_) => {
@@ -617,6 +704,7 @@ impl<'a> Engine<'a> {
             return self.wake(index);
         }
         if self.begin(index) {
+            self.note_start(index);
             self.cpus[cpu].event = self.threads[index].event();
             return;
         }
@@ -829,6 +917,7 @@ impl<'a> Engine<'a> {
         if self.threads[index].is_not_preempted {
             self.raise(index, HIGHEST);
         }
+        self.note_start(index);
         let task = &mut self.threads[index];
         task.is_running = true;
         task.last_cpu = Some(cpu as u32);
@@ -892,6 +981,15 @@ impl SimulatedThread {
         self.stops.sort_unstable();
     }
 
+    /// Chooses when a job that executes for `cost` writes.
+    fn choose_writes(&mut self, cost: u64) {
+        for (place, (_, _, writes)) in self.writes.iter().enumerate() {
+            for _ in 0..*writes {
+                self.stops.push((self.job_choices.up_to(cost), PartStop::Write(place)));
+            }
+        }
+    }
+
     /// Chooses when a job that executes for `cost` takes and leaves a lock, and when it waits, for `wait` in all at most. It does
     /// not wait while it holds a lock.
     fn choose_suspensions(&mut self, cost: u64, wait: u64, least_time: u32) {
@@ -931,7 +1029,11 @@ impl SimulatedThread {
         self.recent.push_back(nominal);
         let first = if self.recent.len() >= burst { self.recent.pop_front() } else { None };
         let earliest = first.map_or(nominal, |first| first.saturating_add(self.period).max(nominal));
-        let choice = if self.is_scripted { 0 } else { self.release_choices.up_to(7) };
+        let by_data =
+            self.arrivals.as_ref().map(|(first, it)| first.saturating_add(it.release_of(self.released + 2)));
+        let earliest = earliest.max(by_data.unwrap_or_default());
+        let is_early = self.is_scripted || self.trigger.is_some();
+        let choice = if is_early { 0 } else { self.release_choices.up_to(7) };
         let pause = match choice {
             0..=4 => 0,
             5 | 6 => self.release_choices.up_to(self.period / 4),
