@@ -46,7 +46,7 @@ use serde::{Deserialize, Serialize};
 pub use self::error::TaskSetError;
 pub use self::notation::Notation;
 pub use self::number::{Number, Numbers};
-use crate::{Level, Method, Order, Protocol, Unit};
+use crate::{Level, Method, Needs, Order, Protocol, Unit};
 
 /// What a deployment runs, as its file has it.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -92,6 +92,9 @@ pub struct TaskSet {
     /// The operations that take time. One that sends calls is before those that it sends them to.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub operation: Vec<OperationEntry>,
+    /// The tasks that data releases, with its writers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trigger: Vec<TriggerEntry>,
 }
 
 /// A task of a file.
@@ -214,6 +217,29 @@ pub struct OperationEntry {
     /// Whether the provider waits while it executes a call.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub waits: bool,
+}
+
+/// Who writes the data that releases a task.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a trigger")]
+pub struct TriggerEntry {
+    /// The name of the task, which is sporadic.
+    pub task: String,
+    /// Whether a job needs data at `any` or at `all` of the ports.
+    #[serde(default)]
+    pub needs: Needs,
+    /// The writers of each port, which keeps no more than one value.
+    pub ports: Vec<Vec<WriterEntry>>,
+}
+
+/// A task that writes a port.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a writer")]
+pub struct WriterEntry {
+    /// Its name.
+    pub task: String,
+    /// The greatest number of writes in one job.
+    pub writes: u64,
 }
 
 /// A lock that tasks take.

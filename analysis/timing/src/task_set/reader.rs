@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use super::{
     LockEntry, LockUserEntry, MOST_OPERATIONS, MOST_TASKS, NotAnalysed, Notation, Number, Numbers,
-    OperationEntry, TaskEntry, TaskSet, TaskSetError,
+    OperationEntry, TaskEntry, TaskSet, TaskSetError, TriggerEntry, WriterEntry,
 };
 use crate::level::MOST_LEVELS;
 use crate::{
-    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Order, Priority, Rounding, StateMachine, Task,
-    TaskOperation, Tasks, Time, Waits,
+    CpuSet, Demand, Edge, Level, Lock, LockUser, Method, Order, PortWriter, Priority, Rounding, StateMachine,
+    Task, TaskOperation, TaskTrigger, Tasks, Time, Waits,
 };
 
 type Result<T> = std::result::Result<T, TaskSetError>;
@@ -104,6 +104,10 @@ impl<'a> TaskSetReader<'a> {
         let lock =
             |entry: &LockEntry| self.lock(entry, &indices).map_err(|error| error.of("lock", &entry.name));
         read.locks = self.set.lock.iter().map(lock).collect::<Result<_>>()?;
+        for entry in &self.set.trigger {
+            let trigger = self.trigger(entry, &indices, read.activities());
+            read.triggers.push(trigger.map_err(|error| error.of("trigger", &entry.task))?);
+        }
         let tasks = (0..).zip(&self.set.task);
         let refused = tasks.filter(|(_, entry)| self.has_reason(entry, self.method));
         refused.for_each(|(task, _)| read.refuse(task));
@@ -214,6 +218,25 @@ impl<'a> TaskSetReader<'a> {
             return Err(TaskSetError::Repeated("user", twice.task.clone()));
         }
         Ok(Lock { name: entry.name.as_str().into(), protocol: entry.protocol, users })
+    }
+
+    fn trigger(
+        &self,
+        entry: &TriggerEntry,
+        indices: &HashMap<&str, usize>,
+        activities: &[Task],
+    ) -> Result<TaskTrigger> {
+        let index = |name: &String| {
+            indices.get(name.as_str()).copied().ok_or_else(|| TaskSetError::NoTask(name.clone()))
+        };
+        let writer =
+            |writer: &WriterEntry| Ok(PortWriter { task: index(&writer.task)?, writes: writer.writes });
+        let task = index(&entry.task)?;
+        if activities.get(task).is_none_or(Task::is_periodic) {
+            return Err(TaskSetError::Missing { key: "sporadic", level: self.level });
+        }
+        let ports = entry.ports.iter().map(|port| port.iter().map(writer).collect::<Result<_>>().map(Some));
+        Ok(TaskTrigger { task, needs: entry.needs, ports: ports.collect::<Result<_>>()? })
     }
 
     /// Does the file say of the task why it is not analysed?

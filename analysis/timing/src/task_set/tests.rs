@@ -245,7 +245,7 @@ fn what_is_refused_of_the_set() {
         expect![[r#"
             EarlierFormat("mauve-3")
             Syntax { message: "unknown variant `min`, expected one of `ns`, `us`, `ms`, `s`", line: 120 }
-            Syntax { message: "unknown field `more`, expected one of `generated`, `name`, `times`, `unit`, `levels`, `significance`, `cpus`, `rt_throttling`, `not_analysed`, `task`, `other`, `lock`, `operation`", line: 7 }
+            Syntax { message: "unknown field `more`, expected one of `generated`, `name`, `times`, `unit`, `levels`, `significance`, `cpus`, `rt_throttling`, `not_analysed`, `task`, `other`, `lock`, `operation`, `trigger`", line: 7 }
             Repeated("level", "1e-3")
             Syntax { message: "expected a probability between 0 and 1, such as 1e-4", line: 6 }
             fine
@@ -522,7 +522,7 @@ fn what_is_refused_of_a_text() {
         "null": Syntax { message: "invalid type: null, expected a task set", line: 1 }
         "{}": Syntax { message: "missing field `task`", line: 1 }
         "{\"name\": \"a\"}": Syntax { message: "missing field `task`", line: 1 }
-        "{\"format\": \"\u{7}\"}": Syntax { message: "unknown field `format`, expected one of `generated`, `name`, `times`, `unit`, `levels`, `significance`, `cpus`, `rt_throttling`, `not_analysed`, `task`, `other`, `lock`, `operation`", line: 1 }
+        "{\"format\": \"\u{7}\"}": Syntax { message: "unknown field `format`, expected one of `generated`, `name`, `times`, `unit`, `levels`, `significance`, `cpus`, `rt_throttling`, `not_analysed`, `task`, `other`, `lock`, `operation`, `trigger`", line: 1 }
         "{\"task\": []}": fine: 0 tasks
         "{\"task\": [5]}": Syntax { message: "invalid type: integer `5`, expected a task", line: 1 }
         twice: Syntax { message: "duplicate field `sends`", line: 1 }
