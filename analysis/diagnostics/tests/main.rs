@@ -22,6 +22,7 @@
 //! | [`queries`] | which queries an edit executes |
 //! | [`passages`] | how data passes through cores: periods, what overwrites it, and why it may never pass |
 //! | [`products`] | state machines with values of variables, compared with an interpreter |
+//! | [`releases`] | how often data releases activities, from what writes it |
 //! | [`reparse`] | the database after an edit equals a new one |
 //! | [`schemas`] | the JSON schemas, compared with the readers |
 //! | [`random_locks`] | random models with locks: limits, what a refused activity delays, chains of ceilings |
@@ -59,6 +60,7 @@ mod passages;
 mod products;
 mod queries;
 mod random_locks;
+mod releases;
 mod reparse;
 mod schemas;
 mod seeding;

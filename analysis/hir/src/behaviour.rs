@@ -11,7 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::body::{BodyId, CoreScope, Place, ProgramIn, core_scope, groups_of, of_program};
 use crate::completeness::Completeness;
-use crate::cost::{CostGraph, ProgramCost, ProgramCosts, costs_of};
+use crate::cost::{CostGraph, Execution, ProgramCost, ProgramCosts, costs_of};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, ModelReason, ModelRefusal, Unreachable, repeated,
     unresolved_type,
@@ -45,6 +45,8 @@ pub struct Behaviour<'db> {
     pub operations: Vec<TimedProgram<'db>>,
     /// The operations in topological order, callees first.
     pub order: Vec<usize>,
+    /// The ports that programs outside of periods access: hooks, such as `start`.
+    pub accessed_by_hooks: Vec<Name>,
     /// The reasons why the core is not analysed; if there are any, the other fields must not be used for the analysis.
     pub refusals: Vec<ModelRefusal<'db>>,
     /// The errors and warnings of the core.
@@ -359,6 +361,11 @@ impl<'db> BehaviourContext<'db> {
         for (index, (kind, _)) in self.core.hooks.iter().enumerate() {
             if *kind != HookKind::Update {
                 let cost = self.cost((BodyId::Hook(index as u32), ProgramIn::Whole));
+                let ports = cost.executions().filter_map(|it| match it {
+                    Execution::Access(port) => Some(port.clone()),
+                    _ => None,
+                });
+                self.found.accessed_by_hooks.extend(ports);
                 let is_starting = matches!(kind, HookKind::Configure | HookKind::Start);
                 self.found.starting.extend(is_starting.then_some(cost));
             }

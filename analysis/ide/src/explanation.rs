@@ -318,6 +318,7 @@ fn is_on_all_cpus(activity: &ActivityReport<'_>) -> bool {
 fn releases(task: &Task) -> Option<String> {
     match task.burst() {
         _ if task.is_periodic() => None,
+        _ if task.arrivals.is_some() => Some("released by data, as often as it is written".to_owned()),
         1 => Some("released by data".to_owned()),
         burst => Some(format!("in bursts of {burst}")),
     }

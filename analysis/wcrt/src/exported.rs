@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use mauve_timing::task_set::{
     EdgeEntry, LockEntry, LockUserEntry, NotAnalysed, Number, Numbers, OperationEntry, TaskEntry, TaskSet,
-    TaskSetError,
+    TaskSetError, TriggerEntry, WriterEntry,
 };
-use mauve_timing::{Demand, Level, Lock, Method, Order, Priority, Task, Time, Unit};
+use mauve_timing::{Demand, Level, Lock, Method, Needs, Order, Priority, Task, TaskTrigger, Time, Unit};
 
 use crate::locks::{LocksOfDeployment, locks_of};
 use crate::psm::{Psm, PsmResult, psm_of};
@@ -17,7 +17,7 @@ use crate::report::ActivityReport;
 use crate::served::{Served, served_in};
 use crate::system::{Connected, ResolvedActivity, System, others_of, system_of};
 use crate::table_set::{TableSet, tables_of};
-use crate::task_set::{DeployedTasks, psms_of};
+use crate::task_set::{DeployedTasks, psms_of, triggers_of};
 use crate::timetable::{levels_of, timetable_of};
 use mauve_hir::{Decl, Edges, ModelDb, Project, config_of, platform_of};
 
@@ -72,6 +72,10 @@ pub fn task_set_of<'db>(
         other: others_of(db, project.workspace(db), system.cpus).iter().map(other).collect(),
         operation: operations_of(system, &served),
         lock: exported_locks(system, &locks),
+        trigger: triggers_of(db, project, system)
+            .iter()
+            .filter_map(|it| exported_trigger(system, it))
+            .collect(),
         ..set
     }
 }
@@ -108,6 +112,18 @@ fn exported_locks(system: &System<'_>, at_levels: &[LocksOfDeployment<'_>]) -> V
         user: lock.users.iter().enumerate().filter_map(|(at, it)| user(index, at, it.task)).collect(),
     };
     first.all.iter().enumerate().map(lock).collect()
+}
+
+/// Returns what releases a task, without ports whose writers are not known; none where nothing follows from the others.
+fn exported_trigger(system: &System<'_>, trigger: &TaskTrigger) -> Option<TriggerEntry> {
+    let name = |task: usize| system.activities.get(task).map(|it| it.instance.to_string());
+    let is_known = trigger.needs == Needs::All || trigger.ports.iter().all(Option::is_some);
+    let ports = trigger.ports.iter().flatten().filter(|_| is_known).map(|port| {
+        let writer = port.iter().map(|it| Some(WriterEntry { task: name(it.task)?, writes: it.writes }));
+        writer.collect()
+    });
+    let ports: Vec<Vec<WriterEntry>> = ports.collect::<Option<_>>()?;
+    (!ports.is_empty()).then_some(TriggerEntry { task: name(trigger.task)?, needs: trigger.needs, ports })
 }
 
 /// Returns the operations of all levels. One that takes no time at a level is not among those of that level.

@@ -120,6 +120,7 @@ impl<'db> DeployedTasks<'db> {
         }
         report.verdict = response.status(report.deadline);
         report.first_job = response.first_job;
+        report.task.arrivals = analysis.tasks.all().get(index).and_then(|it| it.arrivals.clone());
         report.window = response.window.clone();
         report.rule = Some(response.rule);
         report.calls = self.calls(index, analysis);

@@ -97,6 +97,18 @@ pub(crate) fn writes_of<'db>(
     writes_by_port(db, project, component).as_ref()?.get(port).copied().unwrap_or(Some(0))
 }
 
+/// Returns the greatest number of writes of an output port in one period of a component, if nothing else writes it.
+pub(crate) fn all_writes_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    port: &Name,
+) -> Option<u32> {
+    let behaviour = behaviour_of(db, project, core_of(db, project, component)?);
+    let is_of_hook = behaviour.accessed_by_hooks.contains(port);
+    writes_of(db, project, component, port).filter(|_| !is_of_hook)
+}
+
 /// Returns [`writes_of`] for each port that a component accesses; none where it executes nothing.
 #[salsa::tracked(returns(ref))]
 fn writes_by_port<'db>(

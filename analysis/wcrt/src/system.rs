@@ -17,10 +17,10 @@ use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
     ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldValue, Flat,
-    FlatInstance, GatewayConfig, Hosts, InvalidValue, Location, ModelDb, PERIODS, PLACES, Project,
-    Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment, field_entry,
-    flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type, ros2_of,
-    same_fields, similar, similar_field, too_large,
+    FlatInstance, GatewayConfig, Hosts, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES, Project,
+    Topic, Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment,
+    field_entry, flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type,
+    ros2_of, same_fields, similar, similar_field, too_large,
 };
 
 /// The activities of a deployment.
@@ -60,6 +60,17 @@ pub struct Trigger {
     pub ports: Vec<Name>,
     /// Which of them need new data.
     pub needs: Needs,
+    /// What writes each of them; none where that is not known, or waits in a buffer.
+    pub sources: Vec<Option<Vec<TriggerSource>>>,
+}
+
+/// What writes a port whose data releases an activity.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct TriggerSource {
+    /// The index of its activity in [`System::activities`].
+    pub activity: usize,
+    /// The port that it writes; none for a gateway, which writes once in a period.
+    pub port: Option<Name>,
 }
 
 /// An activity, or an instance that has none: its task and its place in the text. It is read as its task.
@@ -269,6 +280,9 @@ impl<'db> SystemReader<'db> {
             }
         }
         self.gateways();
+        if let Some(target) = target.filter(|_| self.found.activities.iter().any(|it| it.trigger.is_some())) {
+            self.trigger_sources(target);
+        }
         self.cpus(&entries);
         self.threads(data);
         self.below_middleware();
@@ -731,7 +745,8 @@ impl<'db> SystemReader<'db> {
                 ports.retain(|port| self.trigger(found, of_instance, port));
                 // The refusal of a port is enough.
                 let ports: Vec<Name> = ports.into_iter().map(|port| port.name).collect();
-                found.trigger = Some(Trigger { ports, needs }).filter(|it| !it.ports.is_empty());
+                let sources = vec![None; ports.len()];
+                found.trigger = Some(Trigger { ports, needs, sources }).filter(|it| !it.ports.is_empty());
             }
             Ok(FieldValue::CpuSet(set)) => self.cpu_set(found, fields, &set),
             Ok(read) => found.set(field, &read),
@@ -845,6 +860,39 @@ impl<'db> SystemReader<'db> {
                 })
             })
             .collect();
+    }
+
+    /// Enters what writes the ports whose data releases activities.
+    fn trigger_sources(&mut self, target: Decl<'db>) {
+        let (db, project) = (self.db, self.project);
+        let (flat, ros2) = (flat_of(db, project, target), ros2_of(db, project, self.of));
+        if !flat.refusals.is_empty() || flat.link_completeness.is_incomplete() {
+            return;
+        }
+        let numbers: FxHashMap<Name, usize> =
+            self.found.activities.iter().map(|it| it.instance.clone()).zip(0..).collect();
+        for activity in self.found.activities.iter_mut() {
+            let Some(trigger) = &mut activity.trigger else { continue };
+            let of_port = |port: &Name| {
+                let is_it = |end: &(Name, Name)| end.0 == activity.instance && end.1 == *port;
+                let links = flat.links.iter().filter(|link| !link.operation && is_it(&link.target));
+                let mut links = links.filter(|link| ros2.across(link).is_none()).peekable();
+                let topic = ros2.topic(&activity.instance, port);
+                if links.peek().is_none() && topic.is_none() {
+                    return None;
+                }
+                let of_link = |link: &Link<'db>| {
+                    let activity = *numbers.get(&link.source.0).filter(|_| link.buffer.is_none())?;
+                    Some(TriggerSource { activity, port: Some(link.source.1.clone()) })
+                };
+                let of_topic = |topic: &Topic| {
+                    let activity = *numbers.get(&ros2.gateway(topic.host)).filter(|_| topic.depth <= 1)?;
+                    Some(TriggerSource { activity, port: None })
+                };
+                links.map(of_link).chain(topic.map(of_topic)).collect()
+            };
+            trigger.sources = trigger.ports.iter().map(of_port).collect();
+        }
     }
 
     /// Adds the gateway of each host that has topics. Its CPUs are checked like those of an activity.

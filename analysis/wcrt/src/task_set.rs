@@ -3,15 +3,16 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use mauve_timing::{Executed, Level, Method, Slice, Task, Tasks};
+use mauve_timing::{Executed, Level, Method, PortWriter, Slice, Task, TaskTrigger, Tasks};
 
 use crate::gateway::gateway_psm;
 use crate::locks::{LocksOfDeployment, locks_of};
 use crate::psm::{OtherTimes, Psm, PsmResult, psm_in_thread};
 use crate::reason::{Reason, Refusal};
 use crate::report::{ActivityReport, Query};
+use crate::sends::all_writes_of;
 use crate::served::{Served, served_in};
-use crate::system::{ResolvedActivity, System, others_of, system_of};
+use crate::system::{ResolvedActivity, System, Trigger, TriggerSource, others_of, system_of};
 use crate::table_set::{TableSet, tables_of};
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::Name;
@@ -127,6 +128,29 @@ pub(crate) fn psms_of<'db>(
     system.activities.iter().map(of).collect()
 }
 
+/// Returns who writes the data that releases the activities of a deployment.
+pub(crate) fn triggers_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    system: &System<'db>,
+) -> Vec<TaskTrigger> {
+    let writer = |source: &TriggerSource| {
+        let TriggerSource { activity: task, port } = source;
+        let component = system.activities.get(*task)?.component;
+        let writes = match port {
+            Some(port) => all_writes_of(db, project, component?, port)?.into(),
+            None => 1,
+        };
+        Some(PortWriter { task: *task, writes })
+    };
+    let of_port = |port: &Option<Vec<TriggerSource>>| port.as_ref()?.iter().map(writer).collect();
+    let of_activity = |(task, activity): (usize, &ResolvedActivity<'db>)| {
+        let Trigger { needs, sources, .. } = activity.trigger.as_ref()?;
+        Some(TaskTrigger { task, needs: *needs, ports: sources.iter().map(of_port).collect() })
+    };
+    system.activities.iter().enumerate().filter_map(of_activity).collect()
+}
+
 /// What the activities of a deployment execute.
 pub(crate) struct Executables<'a, 'db> {
     /// The state machine of each activity.
@@ -170,6 +194,7 @@ impl<'a, 'db> Executables<'a, 'db> {
         let mut tasks = Tasks::new(activities.collect());
         tasks.operations.clone_from(&self.served.operations);
         tasks.locks.clone_from(&self.locks.all);
+        tasks.triggers = triggers_of(db, project, system);
         for (index, activity) in system.activities.iter().enumerate() {
             if self.refusals_of(activity, index, method).next().is_some() {
                 tasks.refuse(index);
