@@ -111,7 +111,9 @@ fn check(fixture: &str, expected: Expect) {
 /// execute while `dvl` waits, and is then released 3.5 after the write: 200 + 5 + 3.5 + 15.6 + 50 + 20 + 23.1 = 317.2.
 #[test]
 fn any_of_three_sensors_releases_the_navigation() {
-    check(VEHICLE, expect![[r#"
+    check(
+        VEHICLE,
+        expect![[r#"
         imu met 0.3 ms
         dvl met 5 ms
         depth met 3 ms
@@ -122,7 +124,8 @@ fn any_of_three_sensors_releases_the_navigation() {
         CPU 5830
         drift: 317.2 ms
         hold: 122.2 ms
-    "#]]);
+    "#]],
+    );
 }
 
 /// Where it is not known how often a port is written, `least` alone counts: 2.5/3 of the CPU.

@@ -189,10 +189,13 @@ impl<'a> LaneMember<'a> {
         bursts.checked_mul(self.burst).ok_or(NoBoundReason::Overflow)
     }
 
-    /// Returns the earliest instant after `instant` at which one more job may be released, in a window that begins at any instant.
+    /// Returns an instant after `instant` before which no other job is released, in a window that begins at any instant.
     pub(crate) fn next_release_after(&self, instant: u64) -> Option<u64> {
-        let bursts = (instant.checked_add(1)?.checked_add(self.jitter)?).div_ceil(self.period);
-        bursts.checked_mul(self.period)?.checked_sub(self.jitter)
+        let window = instant.checked_add(1)?;
+        let bursts = window.checked_add(self.jitter)?.div_ceil(self.period);
+        let by_distance = bursts.checked_mul(self.period)?.checked_sub(self.jitter)?;
+        let by_data = self.fewer_by_data(window, u64::MAX).map_or(u64::MAX, |it| it.1);
+        Some(by_distance.min(by_data))
     }
 
     /// Returns the number of jobs that execute in a `window` if each of them ends within `response`, and for how long they do, if

@@ -402,6 +402,8 @@ fn no_data_of_a_transaction_is_older_than_a_bound() {
     let totals = explore_random_chains(Kind::Transactions, 12);
     let [attained, all] = totals.apart;
     assert!(all * 10 > totals.explored && attained * 3 > all, "{totals:?}");
+}
+
 /// Response times, also of tasks that no data releases, where data releases some of them less often than their least distance says.
 #[test]
 fn no_response_of_tasks_that_follow_their_writers_is_above_a_bound() {
