@@ -311,8 +311,8 @@ chains.s1 = {{ from = 'do_t21', to = 'do_t25', latency = '300 ms' }}
     // A task of the same priority on CPU 1: a step delays it, and it delays the other step, and so on.
     let between = model("150", "").replace("cpus = [4]", "cpus = [1]");
     assert_eq!(latency(&between), (false, 150 + 67 + 59 + 20 + 59 + 67));
-    // After its write, `t24` executes for 1 ms, beside the next steps: it counts for `t22`, and `t22` for it.
-    assert_eq!(latency(&model("300", "finish();")), (true, 300 + 28 + 60 + 20 + 59 + 38));
+    // After its write, `t24` executes for 1 ms, beside the next steps: its 35 count for `t22`, and `t22` for it.
+    assert_eq!(latency(&model("300", "finish();")), (true, 300 + 28 + 60 + 20 + 60 + 38));
 }
 
 /// A sample of a topic is written by the gateway, every 5 ms, and releases the filter: once in 20 ms.
