@@ -63,14 +63,12 @@ fn refusal(deployed: &RunnableDeployment, queue: &[&DeployedTask]) -> String {
          generate --standalone`.\nNothing runs.",
         names.join(", ")
     );
-    lines([
-        format!("-- {}", generated_from(&deployed.package)),
-        "--".to_owned(),
+    format!(
+        "-- {}\n--\n{}\n\nerror({}, 0)\n",
+        generated_from(&deployed.package),
         comment(&deployed.description),
-        String::new(),
-        format!("error({}, 0)", lua_string(&message)),
-        String::new(),
-    ])
+        lua_string(&message)
+    )
 }
 
 /// Returns a step, with the message if it fails.

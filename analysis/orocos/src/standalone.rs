@@ -256,6 +256,39 @@ program = { "Pilot/Busy.run" = 4 }
 "#;
 
     #[test]
+    fn a_thread_with_several_activities_is_a_queue() {
+        let model = "library l { shell S { input port p: int  output port q: int }
+            core K(S) { update = { write(q, 1); } } component C(S, K)
+            architecture A { instance a: C  instance b: C  instance c: C  connection c.q -> b.p }
+            deployment D { architecture A
+            activity a { affinity = 1  priority = 5  period = 10  thread = both  preemptive = false }
+            activity b { affinity = 1  priority = 5  trigger = p  least = 20  burst = 2  thread = both  preemptive = false }
+            activity c { affinity = 1  priority = 4  period = 30 } } }";
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/l.mal".into(), model.to_owned())]);
+        let standalone = standalone(&db, projects(&db, workspace)[0], None, false, Programs::Whole).unwrap();
+        let main = &standalone.files.iter().find(|file| file.path == "l-D.cpp").unwrap().text;
+        let calls = ["robot.activity", "robot.release_by", "robot.queue_in", "robot.not_preempted"];
+        let of_threads: Vec<&str> = main
+            .lines()
+            .map(str::trim)
+            .filter(|line| calls.iter().any(|call| line.starts_with(call)))
+            .collect();
+        assert_eq!(
+            of_threads,
+            [
+                "robot.activity(\"a\", 10000000, 5, 0x1, 0, 10000000, 1);",
+                "robot.not_preempted(\"a\");",
+                "robot.activity(\"b\", 20000000, 5, 0x1, 0, 20000000, 1);",
+                "robot.release_by(\"b\", \"p\", 2, false);",
+                "robot.not_preempted(\"b\");",
+                "robot.queue_in(\"b\", \"a\");",
+                "robot.activity(\"c\", 30000000, 4, 0x1, 0, 30000000, 1);",
+            ]
+        );
+    }
+
+    #[test]
     fn a_main_says_what_a_script_says() {
         check(
             ROBOT,

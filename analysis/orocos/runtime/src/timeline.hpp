@@ -31,7 +31,7 @@ struct Worker {
     bool is_on_cpu = false;
     std::uint64_t ready_since = 0;
     bool is_raised = false;
-    // Whether what is released at this instant comes before it goes on.
+    // Whether the releases at this instant come before it goes on.
     bool yields = false;
   } simulated;
 };
