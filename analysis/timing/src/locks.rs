@@ -17,7 +17,8 @@
 //! When a job leaves a lock, the job that has the CPU may take it, before one of lower priority that waits for it. (Linux lets a
 //! higher priority take it first.)
 //!
-//! A job that is not preempted is one within a lock of its own with the highest ceiling, from its begin to its end.
+//! A job that is not preempted is one within a lock of its own with the highest ceiling, from its begin to its end. It takes its other
+//! locks with that priority.
 //!
 //! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority
 //! may take a lock again: see `Lane::blocking`.
@@ -66,6 +67,12 @@ struct SharedLock<'a> {
     highest: Option<Priority>,
     /// The task whose jobs are within this lock from begin to end.
     whole_job_of: Option<usize>,
+}
+
+/// Returns the priority with which a task takes a lock, or waits for it.
+fn priority_in_lock(task: &Task) -> Priority {
+    let is_raised = task.is_not_preempted && task.priority.real_time().is_some();
+    if is_raised { task.priority.max(HIGHEST) } else { task.priority }
 }
 
 impl Tasks {
@@ -155,7 +162,7 @@ impl Tasks {
             if *protocol == Protocol::None || users.len() < 2 || self.cpus_of(users).is_some() {
                 continue;
             }
-            let priority = |user: &LockUser| Some(self.all.get(user.task)?.priority);
+            let priority = |user: &LockUser| Some(priority_in_lock(self.all.get(user.task)?));
             let highest = users.iter().filter_map(priority).max().unwrap_or_default();
             for (index, task) in raised.iter_mut().enumerate() {
                 // With the tasks of their threads.
@@ -291,7 +298,8 @@ impl Tasks {
     }
 
     fn shared<'a>(&self, lock: &'a Lock) -> SharedLock<'a> {
-        let priorities = lock.users.iter().filter_map(|user| Some(self.all.get(user.task)?.priority));
+        let priorities =
+            lock.users.iter().filter_map(|user| Some(priority_in_lock(self.all.get(user.task)?)));
         let highest = priorities.max();
         SharedLock { lock, cpus: self.cpus_of(&lock.users), highest, whole_job_of: None }
     }

@@ -2,7 +2,7 @@
 //!
 //! To other tasks, such a job holds a lock with the highest ceiling until its end: see `locks.rs`. For the task itself, hp(i) counts
 //! only until the job begins: the job q of a window begins s after its start at the latest, the least s with
-//! s = B + Mᵢ(q − 1) + Σ Mⱼ(releases of j in \[0, s\]), and ends Mᵢ(q) − Mᵢ(q − 1) after that. (Let a run execute x in its first q − 1 jobs
+//! s = B + Mᵢ(q − 1) + w + Σ Mⱼ(releases of j in \[0, s\]), with the wake-up w of its thread, and ends Mᵢ(q) − Mᵢ(q − 1) − w after that. (Let a run execute x in its first q − 1 jobs
 //! and y in job q, x ≤ Mᵢ(q − 1) and x + y ≤ Mᵢ(q). With x in place of Mᵢ(q − 1), s is less by Mᵢ(q − 1) − x at least.) Each job of the
 //! window counts: the last one may be the latest, as it delays what delays the next one (R. Davis et al., *Controller Area Network
 //! (CAN) schedulability analysis: refuted, revisited and revised*, Real-Time Systems 35, 2007). The window is that of jobs that are
@@ -46,6 +46,7 @@ impl Lane<'_, '_> {
         let mut until_end = JobCounts::new(self.members.len());
         others.iter().for_each(|it| until_end.include(*it, &mut self.members, method));
         let mut until_begin = until_end.clone();
+        let wake_up = self.members.get(place).task.wake_up.as_nanos();
         let mut budget = self.budget();
         let mut latest: Option<(Time, Window)> = None;
         for job in 1.. {
@@ -54,7 +55,8 @@ impl Lane<'_, '_> {
             let (release, next_release, jitter) =
                 (member.release(job)?, member.release(job + 1)?, member.jitter);
             let demand = self.demand(place, job, false)?;
-            let before = demand.saturating_sub(own - before);
+            let last = own - before;
+            let before = demand.saturating_sub(last).saturating_add(wake_up.min(last));
             let begin = before.checked_add(1).ok_or(NoBoundReason::Overflow)?;
             let begin = self.window(place, job, begin, &mut until_begin, method, &mut budget)?;
             let length = self.end_of(place, (job, begin), demand, &others, method, &mut budget)?;
@@ -143,6 +145,16 @@ mod tests {
         assert_eq!(bounds(vec![simple(3, 20, 3), frame(2, 40, 8), simple(1, 80, 5)]), [11, 11, 16]);
         // What has the highest priority preempts all.
         assert_eq!(bounds(vec![simple(99, 20, 3), frame(2, 40, 19)]), [22, 25]);
+    }
+
+    #[test]
+    fn a_wake_up_is_preempted() {
+        // A job of the first task may be released at 3 + 17 + 1, while that of the second one wakes up.
+        let bounds = |wake_up| {
+            let frame = Task { wake_up: Time::from_nanos(wake_up), ..frame(2, 60, 27) };
+            bounds(vec![simple(3, 20, 3), frame])[1]
+        };
+        assert_eq!([0, 16, 17, 27].map(bounds), [30, 30, 33, 33]);
     }
 
     #[test]

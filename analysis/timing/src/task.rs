@@ -66,6 +66,8 @@ pub struct Task {
     /// Whether a job that has begun has the highest priority of all activities until its end. The task runs on one CPU, and does not
     /// wait.
     pub is_not_preempted: bool,
+    /// The part of the demand of such a job that it executes before it has begun: the wake-up of its thread.
+    pub wake_up: Time,
     /// The nominal instant of a release modulo T, on the clock of number [`clock`](Self::clock); `None` if its phase is unknown.
     pub offset: Option<Time>,
     /// How often data releases it, where that is known from its writers: T and b hold all the same.

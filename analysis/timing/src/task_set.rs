@@ -125,6 +125,9 @@ pub struct TaskEntry {
     /// Whether a job may be preempted; it may, if it is left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preemptive: Option<bool>,
+    /// The part of `time` before a job that may not be preempted has begun: the wake-up of its thread.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wake_up: Option<Numbers>,
     /// D; the period, if it is left out.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "number::known")]
     pub deadline: Option<Number>,

@@ -73,7 +73,10 @@ impl CheckedTasks<'_> {
     }
 
     fn ranks<'l>(&'l self, lock: &'l CertifiedLock) -> impl Iterator<Item = u64> + 'l {
-        lock.users.iter().map(|user| self.all[user.0].rank)
+        let rank = |of: &CheckedTask<'_>| {
+            if of.task.not_preempted && of.rank > 0 { of.rank.max(HIGHEST) } else { of.rank }
+        };
+        lock.users.iter().map(move |user| rank(&self.all[user.0]))
     }
 
     /// The users of a lock that may have a lower rank than this, each with the time that it holds the lock.

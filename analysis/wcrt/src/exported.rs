@@ -51,6 +51,7 @@ pub fn task_set_of<'db>(
             thread: resolved.thread.and(resolved.thread_name.as_ref()).map(ToString::to_string),
             order: Some(resolved.order).filter(|order| *order != Order::List),
             preemptive: resolved.is_not_preempted.then_some(false),
+            wake_up: wake_up(&psms).filter(|_| resolved.is_not_preempted),
             offset: resolved.offset.map(Number::from),
             clock: Some(resolved.clock).filter(|clock| *clock > 0).map(|clock| Number::Whole(clock.into())),
             not_analysed: always.chain(refusals_of(&levels, &psms, &message)).chain(of_operations).collect(),
@@ -290,6 +291,13 @@ fn executed(psms: &Psms<'_>) -> TaskEntry {
             TaskEntry { machine: Some(edges), initial, ..entry }
         }
     }
+}
+
+/// Returns what the wake-up of its thread takes of each job; none where that is nothing.
+fn wake_up(psms: &Psms<'_>) -> Option<Numbers> {
+    let overhead = |psm: &Option<&PsmResult<'_>>| Some(psm.as_ref()?.as_ref().ok()?.overhead);
+    let found = Numbers::of_times(&psms.iter().map(overhead).collect::<Vec<_>>());
+    found.filter(|it| *it != Numbers::One(Number::Whole(0)))
 }
 
 /// Returns the machine of a task of a file at a level, as for a model, without its programs; `None` if it has no times there.

@@ -186,7 +186,9 @@ impl<'a, 'db> Executables<'a, 'db> {
         let activities = activities.map(|(index, (activity, psm))| {
             let psm = psm.and_then(|psm| psm.as_ref().ok());
             let (demand, waits) = psm.map(Psm::demand).unwrap_or_default();
-            let task = Task { demand, waits, ..activity.task.clone() };
+            let wake_up = psm.filter(|_| activity.is_not_preempted).map(|psm| psm.overhead);
+            let wake_up = wake_up.unwrap_or_default();
+            let task = Task { demand, waits, wake_up, ..activity.task.clone() };
             let mut calls = self.served.operations.iter().zip(&self.served.waits);
             let waits = calls.any(|(it, waits)| *waits && it.provider == index);
             if waits { task.waiting_in_calls() } else { task }

@@ -311,9 +311,9 @@ int main(int argc, char** argv) {
     }
     for (Node* node : {chain.source.get(), chain.first.get(), chain.second.get()}) node->setActivity(nullptr);
   }
-  CHECK(turns.number > 10);
   is_fine = turns.stop() && is_fine;
   turns.setActivity(nullptr);
+  CHECK(turns.number > 10);
   queued_threads[0]->stop();
   for (std::size_t place = 0; place < 4; ++place) {
     CHECK(place >= 2 || queued[place]->last + 1 >= turns.number);

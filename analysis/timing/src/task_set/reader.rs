@@ -140,6 +140,7 @@ impl<'a> TaskSetReader<'a> {
         let priority = entry.priority.as_ref().map_or(Ok(Priority::Unknown), priority)?;
         let mut cpus = entry.cpus.as_ref().map(cpu_set).transpose()?;
         let (demand, waits) = self.demand(entry)?;
+        let wake_up = entry.wake_up.as_ref().map(|it| self.time_at("wake_up", it)).transpose()?;
         if priority != Priority::Background
             && self.set.not_analysed.is_empty()
             && !self.has_reason(entry, Method::Psm)
@@ -175,6 +176,7 @@ impl<'a> TaskSetReader<'a> {
             is_sporadic: entry.sporadic,
             thread: self.thread(entry),
             is_not_preempted: entry.preemptive == Some(false),
+            wake_up: wake_up.flatten().unwrap_or_default(),
             offset,
             clock: count("clock", &entry.clock, 0)?,
             cpus,
@@ -412,6 +414,7 @@ fn check_entry(set: &TaskSet, entry: &TaskEntry) -> Result<()> {
     edges().try_for_each(|edge| check_list(set, "time", &edge.time))?;
     let waits = edges().map(|edge| &edge.wait).chain([&entry.wait]).flatten();
     waits.into_iter().try_for_each(|wait| check_list(set, "wait", wait))?;
+    entry.wake_up.iter().try_for_each(|it| check_list(set, "wake_up", it))?;
     entry.time.iter().try_for_each(|times| check_list(set, "time", times))?;
     entry.classic_time.iter().try_for_each(|times| check_list(set, "classic_time", times))
 }
