@@ -409,7 +409,7 @@ fn no_data_of_a_transaction_is_older_than_a_bound() {
 fn no_response_of_tasks_that_follow_their_writers_is_above_a_bound() {
     let systems = systems_or(SYSTEMS) / 2;
     let mut random = Random(12 + (search::seed() << 8));
-    // Bounds that are attained, all of them, their sum, and that of what is found: those that are less by the writers, and the others.
+    // Bounds that are attained, all of them, their sum, and that of the found responses: those that are less by the writers, and the others.
     let (mut explored, mut tried, mut less, mut others) = (0, 0, [0; 4], [0; 4]);
     while explored < systems {
         tried += 1;
