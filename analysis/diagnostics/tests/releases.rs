@@ -146,7 +146,7 @@ fn what_writes_a_port_may_be_unknown() {
     for (of, by) in [
         // A buffer keeps what one job leaves for the next one.
         ("dvl.o -> nav.vel", "dvl.o -> [2] nav.vel"),
-        // What a hook writes is no write of a job.
+        // No job writes what a hook writes.
         (
             "{ update = { write(o, do_dvl()); } }",
             "{ start = { write(o, 1); } update = { write(o, do_dvl()); } }",

@@ -45,7 +45,7 @@ pub struct Behaviour<'db> {
     pub operations: Vec<TimedProgram<'db>>,
     /// The operations in topological order, callees first.
     pub order: Vec<usize>,
-    /// The ports that programs outside of periods access: hooks, such as `start`.
+    /// The ports that programs outside of periods access: hooks, such as `start`, and the entry of the initial state.
     pub accessed_by_hooks: Vec<Name>,
     /// The reasons why the core is not analysed; if there are any, the other fields must not be used for the analysis.
     pub refusals: Vec<ModelRefusal<'db>>,
@@ -361,17 +361,23 @@ impl<'db> BehaviourContext<'db> {
         for (index, (kind, _)) in self.core.hooks.iter().enumerate() {
             if *kind != HookKind::Update {
                 let cost = self.cost((BodyId::Hook(index as u32), ProgramIn::Whole));
-                let ports = cost.executions().filter_map(|it| match it {
-                    Execution::Access(port) => Some(port.clone()),
-                    _ => None,
-                });
-                self.found.accessed_by_hooks.extend(ports);
+                self.add_accesses(&cost);
                 let is_starting = matches!(kind, HookKind::Configure | HookKind::Start);
                 self.found.starting.extend(is_starting.then_some(cost));
             }
         }
         let entry = self.core.initial_entry().and_then(|(body, program)| self.groups.cost(body, program));
-        self.found.starting.extend(entry.map(|it| it.cost.clone()));
+        let entry = entry.map(|it| it.cost.clone());
+        entry.iter().for_each(|it| self.add_accesses(it));
+        self.found.starting.extend(entry);
+    }
+
+    fn add_accesses(&mut self, cost: &CostGraph<'db>) {
+        let ports = cost.executions().filter_map(|it| match it {
+            Execution::Access(port) => Some(port.clone()),
+            _ => None,
+        });
+        self.found.accessed_by_hooks.extend(ports);
     }
 
     fn operations(&mut self) {

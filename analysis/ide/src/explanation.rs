@@ -256,6 +256,15 @@ fn delays(activity: &ActivityReport<'_>, other: &ActivityReport<'_>) -> bool {
     !std::ptr::eq(other, activity) && is_not_higher && own.meets(others)
 }
 
+/// Returns which lower priorities may delay an activity: `lower priorities that hold locks`.
+pub fn blocking_priorities(report: &Report<'_>) -> &'static str {
+    match (report.activities.iter().any(|it| it.is_not_preempted), report.locks()) {
+        (false, _) => "lower priorities that hold locks",
+        (true, []) => "lower priorities that are not preempted",
+        (true, _) => "lower priorities that are not preempted, or hold locks",
+    }
+}
+
 /// Returns which part of the window counts, unless all of it does.
 fn counted(activity: &ActivityReport<'_>, window: &Window) -> Option<String> {
     match window.counted {

@@ -138,7 +138,7 @@ pub use exceedance::{
     selected_codel,
 };
 pub use execution_report::{ExecutionReport, ReportedCodel, execution_report};
-pub use explanation::{counted_cpus, explain_response, explain_response_of};
+pub use explanation::{blocking_priorities, counted_cpus, explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use gantt::draw_schedule;

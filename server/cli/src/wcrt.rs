@@ -14,7 +14,7 @@ use mauve_diagnostics::{
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Hosts, Location, ModelDb, Project};
-use mauve_ide::{Figures, counted_cpus, explain_response, explain_response_of, what_if};
+use mauve_ide::{Figures, blocking_priorities, counted_cpus, explain_response, explain_response_of, what_if};
 use mauve_projects::analysis_document::{Analysed, Deployed, Significance, analysis_document, levels};
 use mauve_projects::disk::{LONGEST, read};
 use mauve_projects::harmless::harmless;
@@ -459,7 +459,7 @@ fn notes_of<'db>(it: &Deployed<'db>, report: &Report<'db>) -> Vec<String> {
         }
         let blocking = activity.window.as_ref().map_or(Time::ZERO, |window| window.blocking);
         if blocking > Time::ZERO {
-            found.push(format!("{instance}: lower priorities that hold locks delay it by {blocking}"));
+            found.push(format!("{instance}: {} delay it by {blocking}", blocking_priorities(report)));
         }
     }
     let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());

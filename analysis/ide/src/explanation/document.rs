@@ -16,7 +16,7 @@ use mauve_hir::item_tree::Name;
 use mauve_timing::{Status, THROTTLING, Task, Time};
 use mauve_wcrt::{ActivityReport, Reason, Share};
 
-use super::{Explanation, Sum, Summand, releases};
+use super::{Explanation, Sum, Summand, blocking_priorities, releases};
 use crate::doc::{Align, Doc, DocBlock, DocLine, DocSpan, DocTable, words};
 
 /// Columns of numbers beside each other, which editors set without a space: the priority is in the middle of its column.
@@ -145,12 +145,7 @@ impl<'db> Explanation<'_, 'db> {
             line(words(format!("{others} more activities")), String::new(), String::new(), of_others);
         }
         if sum.blocking > Time::ZERO {
-            let are_preempted = self.report.activities.iter().all(|it| !it.is_not_preempted);
-            let what = match are_preempted {
-                true => "lower priorities that hold locks",
-                false => "lower priorities that are not preempted, or hold locks",
-            };
-            line(words(what), String::new(), String::new(), sum.blocking);
+            line(words(blocking_priorities(self.report)), String::new(), String::new(), sum.blocking);
         }
         let without_bar = [
             ("on several CPUs at once", "−", sum.at_once),
