@@ -432,7 +432,7 @@ fn no_response_of_tasks_that_follow_their_writers_is_above_a_bound() {
         }
     }
     println!("{explored} of {tried} systems; less by their writers: {less:?}, others: {others:?}");
-    assert!(less[1] * 5 > explored && less[3] * 2 > less[2], "{less:?} of {explored}");
+    assert!(less[1] * 5 > explored && less[3] * 3 > less[2], "{less:?} of {explored}");
 }
 
 #[test]
