@@ -97,8 +97,8 @@ fn check(fixture: &str, expected: Expect) {
 /// CPU, without waits: 0.3/10 + 0.2/50 + 0.5/200 + 2.5 · 125 Hz + 1.8/9 + 0.7/50 + 0.4/20 = 58.3 %. With `least = 3` alone, `nav` would have
 /// 83.3 %, and the CPU 110.4 %.
 ///
-/// Waits of `depth` and `dvl` delay others by their lateness: `depth` 0.2 + 2.5 + 0.3 = 3, `dvl` 0.5 + 4 + 0.3 + 0.2 = 5. `nav`: 2.5 + 0.3 + 0.2 +
-/// 0.5 = 3.5; its second job, released at 3, ends at 6.
+/// Waits of `depth` and `dvl` delay others by their lateness: `depth` 0.2 + 2.5 + 0.3 = 3, `dvl` 0.5 + 4 + 0.3 + 0.2 = 5. `nav`: 2.5 +
+/// 0.3 + 0.2 + 0.5 = 3.5; its second job, released at 3, ends at 6.
 ///
 /// In a window of t, `nav` has 1 job and one for each datum, ⌈(t + 0.3)/10⌉ + ⌈(t + 3)/50⌉ + ⌈(t + 5)/200⌉, but ⌈t/3⌉ at most: 5 jobs from 12
 /// on, 6 from 19.7 to 29.7. `control` has ⌈t/9⌉ jobs.

@@ -1,8 +1,8 @@
 //! How often data releases tasks: no more often than their writers write.
 //!
-//! [`TaskTrigger`](crate::TaskTrigger) says which ports release a task and who writes them. A nominal release is that of data that arrived after the start of the
-//! job before, at its arrival or at the end of the least distance; the first one may need no data. Let N(Δ) be the most nominal
-//! releases in a half-open window of length Δ, and η(Δ) the most messages at a port in it.
+//! [`TaskTrigger`](crate::TaskTrigger) says which ports release a task and who writes them. A nominal release is that of data that
+//! arrived after the start of the job before, at its arrival or at the end of the least distance; the first one may need no data. Let
+//! N(Δ) be the most nominal releases in a half-open window of length Δ, and η(Δ) the most messages at a port in it.
 //!
 //! **Readers.** N(Δ) ≤ 1 + η(Δ) if data at one port releases the task, 1 + Σ η(Δ) if data at *any* of several ports does, and
 //! 1 + min η(Δ) if a job needs data at *all* of them. Let r be a release in the window that is not the first one there, and r' the
@@ -23,7 +23,8 @@ use std::sync::Arc;
 use crate::Time;
 use crate::time::least_common_multiple;
 
-/// A bound for the releases of a task, from those of its writers and their response times. [`Tasks::response_times`](crate::Tasks::response_times) computes it.
+/// A bound for the releases of a task, from those of its writers and their response times.
+/// [`Tasks::response_times`](crate::Tasks::response_times) computes it.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Arrivals {
     needs_all: bool,

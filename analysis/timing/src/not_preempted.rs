@@ -2,11 +2,11 @@
 //!
 //! To other tasks, such a job holds a lock with the highest ceiling until its end: see `locks.rs`. For the task itself, hp(i) counts
 //! only until the job begins: the job q of a window begins s after its start at the latest, the least s with
-//! s = B + Mᵢ(q − 1) + w + Σ Mⱼ(releases of j in \[0, s\]), with the wake-up w of its thread, and ends Mᵢ(q) − Mᵢ(q − 1) − w after that. (Let a run execute x in its first q − 1 jobs
-//! and y in job q, x ≤ Mᵢ(q − 1) and x + y ≤ Mᵢ(q). With x in place of Mᵢ(q − 1), s is less by Mᵢ(q − 1) − x at least.) Each job of the
-//! window counts: the last one may be the latest, as it delays what delays the next one (R. Davis et al., *Controller Area Network
-//! (CAN) schedulability analysis: refuted, revisited and revised*, Real-Time Systems 35, 2007). The window is that of jobs that are
-//! preempted: at its end, all that was released has ended.
+//! s = B + Mᵢ(q − 1) + w + Σ Mⱼ(releases of j in \[0, s\]), with the wake-up w of its thread, and ends Mᵢ(q) − Mᵢ(q − 1) − w after
+//! that. (Let a run execute x in its first q − 1 jobs and y in job q, x ≤ Mᵢ(q − 1) and x + y ≤ Mᵢ(q). With x in place of Mᵢ(q − 1), s
+//! is less by Mᵢ(q − 1) − x at least.) Each job of the window counts: the last one may be the latest, as it delays what delays the next
+//! one (R. Davis et al., *Controller Area Network (CAN) schedulability analysis: refuted, revisited and revised*, Real-Time Systems 35,
+//! 2007). The window is that of jobs that are preempted: at its end, all that was released has ended.
 //!
 //! What has the highest priority itself, such as throttling or an interrupt, counts until the end.
 

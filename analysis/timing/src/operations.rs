@@ -22,17 +22,17 @@ const MOST_ROUNDS: u32 = 32;
 /// the client send in n·Tp + Rp. This is enough: *at the next job*, the n jobs execute what was sent between the start of the job
 /// before the window and that of the last one, less than n·Tp + Rp apart; *at once*, nothing waits when the window begins, so
 /// they execute what is sent in t. With bursts of b jobs, the client has b times as many jobs in each Tc; if each m successive ones
-/// send k calls at most, j of them send k · ⌈j/m⌉. What the client sends when it starts is added once. Where the provider is one of several tasks of a thread, Rp is the greatest of
-/// theirs: all of them are delayed by what it executes.
+/// send k calls at most, j of them send k · ⌈j/m⌉. What the client sends when it starts is added once. Where the provider is one of
+/// several tasks of a thread, Rp is the greatest of theirs: all of them are delayed by what it executes.
 ///
 /// If at most q calls are pending at any instant, since the client sends no more until one has been executed, what the provider
 /// executes in t was pending when the window began, or is sent in t: q + the calls of n·Tp + Rc, whatever Rp is. (Nothing is pending
 /// before the start, and q at most just after it.) The less counts.
 ///
-/// The response times R depend on the numbers of calls and on how often data releases tasks, and these on R. Every fixed point is sound: suppose that all jobs up to
-/// some instant keep to R; then the calls and the data of that time are counted, and the next job keeps to R too. The least fixed point is
-/// found by iteration from R = 0. Where a response time has no bound, the demand of the provider is unknown, and so is how often a
-/// writer writes.
+/// The response times R depend on the numbers of calls and on how often data releases tasks, and these on R. Every fixed point is
+/// sound: suppose that all jobs up to some instant keep to R; then the calls and the data of that time are counted, and the next job
+/// keeps to R too. The least fixed point is found by iteration from R = 0. Where a response time has no bound, the demand of the
+/// provider is unknown, and so is how often a writer writes.
 pub(crate) fn with_rounds(
     set: &Tasks,
     options: &Options,

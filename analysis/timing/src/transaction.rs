@@ -21,8 +21,9 @@
 //!   than all of them: not at all. Hence Rₖ holds.
 //!
 //! A task between them, whose priority is at least that of sₖ and at most that of sᵢ, breaks this: sᵢ delays it, and it then delays sₖ.
-//! So do a lock, or a job that is not preempted, for which a task waits while one of lower priority executes, and several CPUs of a task, since Linux may let it wait for
-//! one CPU while sᵢ executes on another. A thread or a call that executes for others is not a job of the chain.
+//! So do a lock, or a job that is not preempted, for which a task waits while one of lower priority executes, and several CPUs of a
+//! task, since Linux may let it wait for one CPU while sᵢ executes on another. A thread or a call that executes for others is not a job
+//! of the chain.
 //!
 //! ```
 //! use mauve_timing::*;

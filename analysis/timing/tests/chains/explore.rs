@@ -1,10 +1,11 @@
 //! Every schedule of a small system, with what has reached each variable and port.
 //!
-//! The world changes once, at any instant after all tasks began; all that is sampled from then on is new. The state holds what is new, and for each state
-//! the most time since the change is kept: what follows from a state does not depend on this time. Statements take no time. Those
-//! after a `Compute` are executed at the end of its time, or, if no write follows before the next one, when the job goes on.
-//! The input of a task is empty when its first job starts, unless data releases it: it does so after the start of the job before, or if
-//! some is left in the buffer at its end, at once, or a period after the last release. At one instant, statements on one CPU are in order, and those of different CPUs in any order.
+//! The world changes once, at any instant after all tasks began; all that is sampled from then on is new. The state holds what is new,
+//! and for each state the most time since the change is kept: what follows from a state does not depend on this time. Statements take
+//! no time. Those after a `Compute` are executed at the end of its time, or, if no write follows before the next one, when the job goes
+//! on. The input of a task is empty when its first job starts, unless data releases it: it does so after the start of the job before,
+//! or if some is left in the buffer at its end, at once, or a period after the last release. At one instant, statements on one CPU are
+//! in order, and those of different CPUs in any order.
 
 use std::collections::hash_map::Entry;
 
