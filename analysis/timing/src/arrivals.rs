@@ -158,19 +158,19 @@ mod tests {
 
     #[test]
     fn one_job_and_one_for_each_datum() {
-        let (fast, slow) = (source(10, 3, 1), source(50, 0, 2));
-        let any = of(false, &[&[fast.clone()], &[slow.clone()]]);
+        let (fast, slow) = ([source(10, 3, 1)], [source(50, 0, 2)]);
+        let any = of(false, &[&fast, &slow]);
         // ⌈(t + 3)/10⌉ of the one, and 2 · ⌈t/50⌉ of the other.
         assert_eq!(any.releases(7), (1 + 1 + 2, 7));
         assert_eq!(any.releases(8), (1 + 2 + 2, 17));
         assert_eq!(any.releases(48), (1 + 6 + 2, 50));
         assert_eq!([1, 4, 5, 6].map(|job| any.release_of(job)), [0, 0, 7, 17]);
         assert_eq!(any.rate(), (5 + 2, 50));
-        let all = of(true, &[&[fast.clone()], &[slow.clone()]]);
+        let all = of(true, &[&fast, &slow]);
         assert_eq!(all.releases(7), (1 + 1, 7));
         assert_eq!(all.releases(27), (1 + 2, 50));
         assert_eq!(all.rate(), (2, 50));
-        let port = of(true, &[&[fast, slow]]);
+        let port = of(true, &[&[fast, slow].concat()]);
         assert_eq!((port.releases(7), port.rate()), (any.releases(7), any.rate()));
     }
 

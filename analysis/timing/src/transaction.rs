@@ -227,9 +227,11 @@ mod tests {
         Lock { name: "map".into(), protocol: Protocol::None, users }
     }
 
+    type Change = dyn Fn(&mut Tasks, &mut [ChainStep]);
+
     #[test]
     fn steps_that_may_delay_each_other() {
-        let changes: &[&dyn Fn(&mut Tasks, &mut [ChainStep])] = &[
+        let changes: &[&Change] = &[
             &|tasks, _| tasks.all[0].priority = Priority::RealTime(5),
             &|tasks, _| tasks.all[0].priority = Priority::Unknown,
             &|tasks, _| tasks.all[0].cpus = Some(CpuSet(0b1001)),
