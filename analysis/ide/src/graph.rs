@@ -343,7 +343,9 @@ codel.plan = 30
         let text = MODEL.replace(
             "activity pilot { priority = 1 period = 100",
             "activity pilot { priority = 1 trigger = scan rate = 10 Hz burst = 2",
-        ) + "wait.see = 15\n";
+        );
+        // No more often than the laser writes.
+        let text = text.replace("{ see(); }", "{ write(scan, see()); write(scan, 1); }") + "wait.see = 15\n";
         let Fixture { db, workspace, file, .. } = Fixture::new(&text);
         let project = project_of(&db, workspace, file);
         let of = names_of(&db, project).of_kind(&db, Kind::Deployment).next().unwrap();

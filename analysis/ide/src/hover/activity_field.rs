@@ -201,7 +201,7 @@ platform.cpus = 4
             let model = "
 codel work(): int
 shell S { input port scan: int  output port track: int }
-core K(S) { update = { work(); } }
+core K(S) { update = { write(track, work()); } }
 component C(S, K)
 architecture A { instance laser: C  instance pilot: C  instance arm: C  instance camera: C  connection laser.track -> camera.scan }
 deployment D {
