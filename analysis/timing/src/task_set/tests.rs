@@ -380,7 +380,7 @@ fn what_is_refused_of_a_task() {
             Of { section: "task", name: "front", error: NoCount { key: "clock", text: "-1", least: 0 } }
             Repeated("task", "rear")
             Syntax { message: "invalid type: null, expected a string", line: 82 }
-            Syntax { message: "unknown field `priod`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `order`, `preemptive`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 94 }
+            Syntax { message: "unknown field `priod`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `order`, `preemptive`, `wake_up`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 94 }
             Of { section: "task", name: "front", error: TimeAndMachine }
             Of { section: "task", name: "front", error: Missing { key: "time", level: Level { bits: 4562254508917369340 } } }
             Of { section: "task", name: "front", error: NoState("Busy") }
@@ -544,7 +544,7 @@ fn what_is_refused_of_a_text() {
         "name,period,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,priority\na,9,1\n": Of { section: "task", name: "a", error: Missing { key: "priority", level: Level { bits: 4547007122018943789 } } }
-        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `order`, `preemptive`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
+        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `sporadic`, `burst`, `thread`, `order`, `preemptive`, `wake_up`, `deadline`, `jitter`, `offset`, `clock`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
         "name,period,machine\n\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 3 }
         "name,period,machine\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 2 }
         "name,period,time,priority\n\"a\nb\",9,1,1\n": Of { section: "task", name: "a\nb", error: ControlCharacter("a\nb") }
