@@ -110,7 +110,7 @@ pub(crate) fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>
                 None => operation.sends,
             };
             if operation.sends == 0 {
-                return Some(operation.starting);
+                return response(operation.provider).map(|_| operation.starting);
             }
             let least = response(operation.client)?.checked_add(period(operation.provider)?)?;
             let sent_in = |window: Time| {
@@ -252,6 +252,17 @@ mod tests {
         assert_eq!(found(provider.clone(), sporadic(client.clone(), 1)), Some(1));
         assert_eq!(found(provider.clone(), sporadic(client.clone(), 2)), Some(2));
         assert_eq!(found(sporadic(provider, 1), client), None);
+    }
+
+    /// Also where the provider is not analysed: its calls are unknown then.
+    #[test]
+    fn calls_of_a_start() {
+        let starting = TaskOperation { starting: 2, ..operation(0, 1, 0, 3, None) };
+        let [provider, client] = [activity(2, 20, None, 1), activity(1, 100, None, 1)];
+        let found = |provider: Task| analyse(&[provider, client.clone()], &[starting.clone()]);
+        assert_eq!(found(provider.clone()), (vec![Some(7), Some(8)], vec![Some(2)]));
+        let unknown = Task { demand: Demand::Unknown, ..provider };
+        assert_eq!(found(unknown), (vec![None, None], vec![None]));
     }
 
     #[test]
