@@ -236,7 +236,7 @@ impl Exploration<'_> {
         if let Some(mate) = self.mate(place) {
             let TaskState { until, late, .. } = state.tasks[mate];
             let of = &mut state.tasks[place];
-            of.jobs += u8::from((of.until == 0 || of.late > 0) && late == 0);
+            of.jobs = of.jobs.saturating_add(u8::from((of.until == 0 || of.late > 0) && late == 0));
             (of.until, of.late) = (until, late);
             return self.releases(state, place + 1, time);
         }
@@ -271,7 +271,8 @@ impl Exploration<'_> {
         }
         let of = &mut state.tasks[place];
         if of.late > 0 {
-            (of.late, of.jobs) = (0, of.jobs + 1);
+            // Of a task without a bound, releases beyond the last number are lost.
+            (of.late, of.jobs) = (0, of.jobs.saturating_add(1));
         }
         self.releases(state, place + 1, time);
     }
@@ -524,7 +525,8 @@ impl Exploration<'_> {
                 self.add(open, later, before, time);
             }
             let of = &mut state.tasks[place];
-            (of.late, of.jobs) = (0, of.jobs + 1);
+            // Of a task without a bound, releases beyond the last number are lost.
+            (of.late, of.jobs) = (0, of.jobs.saturating_add(1));
             self.add(open, state, stages, time);
         }
     }
