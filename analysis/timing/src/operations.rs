@@ -257,9 +257,9 @@ mod tests {
     /// Also where the provider is not analysed: its calls are unknown then.
     #[test]
     fn calls_of_a_start() {
-        let starting = TaskOperation { starting: 2, ..operation(0, 1, 0, 3, None) };
+        let starting = [TaskOperation { starting: 2, ..operation(0, 1, 0, 3, None) }];
         let [provider, client] = [activity(2, 20, None, 1), activity(1, 100, None, 1)];
-        let found = |provider: Task| analyse(&[provider, client.clone()], &[starting.clone()]);
+        let found = |provider: Task| analyse(&[provider, client.clone()], &starting);
         assert_eq!(found(provider.clone()), (vec![Some(7), Some(8)], vec![Some(2)]));
         let unknown = Task { demand: Demand::Unknown, ..provider };
         assert_eq!(found(unknown), (vec![None, None], vec![None]));
