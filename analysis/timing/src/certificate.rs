@@ -6,6 +6,7 @@
 //! periods, or when a job begins. A response time that is more by that method may still be
 //! within its deadline.
 
+use std::cell::LazyCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value, json};
@@ -50,9 +51,9 @@ impl Tasks {
         set.all.iter_mut().for_each(|task| (task.offset, task.arrivals) = (None, None));
         set.triggers.clear();
         let found = set.response_times(&options, interrupt);
-        let with_triggers = (!self.triggers.is_empty()).then(|| {
-            set.triggers.clone_from(&self.triggers);
-            set.response_times(&options, interrupt)
+        let with_triggers = LazyCell::new(|| {
+            let followed = Tasks { triggers: self.triggers.clone(), ..set.clone() };
+            followed.response_times(&options, interrupt)
         });
         let mut lanes = Lanes::new(&found.tasks.all, &options, interrupt);
         let claim = |task: usize| Some((task, claim(&mut lanes, &found, task)?));
@@ -81,7 +82,7 @@ impl Tasks {
             }
             if deadline.is_some() && !met {
                 let bound = |of: &SetAnalysis| of.responses[task].bound.clone();
-                let follows_writers = with_triggers.as_ref().is_some_and(|it| bound(it) != bound(&found));
+                let follows_writers = !self.triggers.is_empty() && bound(&with_triggers) != bound(&found);
                 let reason = match (claim, found.responses[task].rule) {
                     _ if follows_writers => "by-writers",
                     (Some(_), _) => "no-form",

@@ -58,6 +58,19 @@ pub(crate) struct LaneResponse {
     pub(crate) totals: Vec<(usize, Vec<u64>)>,
 }
 
+/// The latest job of a window in which only a part of the interference counts.
+#[derive(Clone, Copy)]
+pub(crate) struct LateJob {
+    /// q.
+    pub(crate) job: u64,
+    /// f(q).
+    pub(crate) length: u64,
+    /// The response time.
+    pub(crate) time: u64,
+    /// What counts.
+    pub(crate) counted: Counted,
+}
+
 /// What is known of hp(i) of one member, i.
 #[derive(Clone, Copy)]
 pub(crate) struct HigherLoad {
@@ -530,6 +543,36 @@ impl<'a> Lane<'_, 'a> {
             counted: Counted::Whole,
             late: self.late_members(place),
         });
+    }
+
+    /// Enters a job of a window that begins at any instant, unless its response time is not less than what is known.
+    pub(crate) fn enter_late_job(
+        &mut self,
+        found: &mut LaneResponse,
+        late: LateJob,
+        method: Method,
+    ) -> Result<(), NoBoundReason> {
+        let LateJob { job, length, time, counted } = late;
+        let time = Time::from_nanos(time);
+        if matches!(found.response.bound, Bound::Response(known) if known <= time) {
+            return Ok(());
+        }
+        let window = Window {
+            method,
+            job,
+            own: Time::from_nanos(self.members.at(found.place).demand(job)?),
+            length: Time::from_nanos(length),
+            start: None,
+            clock: 0,
+            delay: Time::ZERO,
+            iterations: Vec::new(),
+            blocking: Time::from_nanos(self.blocking(found.place, job, length)?),
+            counted,
+            late: Vec::new(),
+        };
+        found.response.method = method;
+        (found.response.bound, found.response.window) = (Bound::Response(time), Some(window));
+        Ok(())
     }
 
     /// Returns the last values of the fixed-point iteration of the paper, eq. 19–20, from the demand of its own jobs on. `None` if it

@@ -11,8 +11,8 @@
 //! What has the highest priority itself, such as throttling or an interrupt, counts until the end.
 
 use crate::lane::{JobCounts, Lane};
-use crate::lane_analysis::LaneResponse;
-use crate::{Bound, Counted, CpuRule, Method, NoBoundReason, Priority, Time, Window};
+use crate::lane_analysis::{LaneResponse, LateJob};
+use crate::{Counted, CpuRule, Method, NoBoundReason, Priority, Time};
 
 /// The priority of a job that is not preempted.
 pub(crate) const HIGHEST: Priority = Priority::RealTime(99);
@@ -26,56 +26,42 @@ impl Lane<'_, '_> {
         {
             return;
         }
+        let method = Method::Psm.min(self.options.method);
         for found in found {
             let of = self.members.get(found.place).task;
             let is_it = of.is_not_preempted && of.waits.is_none() && !of.has_calls;
             if is_it
                 && found.busy.is_some_and(|busy| busy.ends)
-                && let Ok((time, window)) = self.not_preempted(found.place)
-                && !matches!(found.response.bound, Bound::Response(known) if known <= time)
+                && let Ok(late) = self.latest_not_preempted(found.place, method)
             {
-                found.response.method = window.method;
-                (found.response.bound, found.response.window) = (Bound::Response(time), Some(window));
+                // Otherwise, the bound of jobs that are preempted stays.
+                let _ = self.enter_late_job(found, late, method);
             }
         }
     }
 
-    fn not_preempted(&mut self, place: usize) -> Result<(Time, Window), NoBoundReason> {
-        let method = Method::Psm.min(self.options.method);
+    fn latest_not_preempted(&mut self, place: usize, method: Method) -> Result<LateJob, NoBoundReason> {
         let others = self.interfering(place);
         let mut until_end = JobCounts::new(self.members.len());
         others.iter().for_each(|it| until_end.include(*it, &mut self.members, method));
         let mut until_begin = until_end.clone();
         let wake_up = self.members.get(place).task.wake_up.as_nanos();
         let mut budget = self.budget();
-        let mut latest: Option<(Time, Window)> = None;
+        let mut latest: Option<LateJob> = None;
         for job in 1.. {
             let member = self.members.at(place);
-            let (own, before) = (member.demand(job)?, member.demand(job - 1)?);
+            let last = member.demand(job)?.saturating_sub(member.demand(job - 1)?);
             let (release, next_release, jitter) =
                 (member.release(job)?, member.release(job + 1)?, member.jitter);
             let demand = self.demand(place, job, false)?;
-            let last = own - before;
             let before = demand.saturating_sub(last).saturating_add(wake_up.min(last));
             let begin = before.checked_add(1).ok_or(NoBoundReason::Overflow)?;
             let begin = self.window(place, job, begin, &mut until_begin, method, &mut budget)?;
             let length = self.end_of(place, (job, begin), demand, &others, method, &mut budget)?;
             let time = length.saturating_add(jitter).saturating_sub(release);
-            if latest.as_ref().is_none_or(|(known, _)| Time::from_nanos(time) > *known) {
-                let window = Window {
-                    method,
-                    job,
-                    own: Time::from_nanos(own),
-                    length: Time::from_nanos(length),
-                    start: None,
-                    clock: 0,
-                    delay: Time::ZERO,
-                    iterations: Vec::new(),
-                    blocking: Time::from_nanos(self.blocking(place, job, length)?),
-                    counted: Counted::UntilBegin(Time::from_nanos(begin - 1)),
-                    late: Vec::new(),
-                };
-                latest = Some((Time::from_nanos(time), window));
+            if latest.is_none_or(|known| time > known.time) {
+                let counted = Counted::UntilBegin(Time::from_nanos(begin - 1));
+                latest = Some(LateJob { job, length, time, counted });
             }
             let whole = self.demand(place, job, true)?;
             let end = self.window(place, job, whole, &mut until_end, method, &mut budget)?;
@@ -117,7 +103,7 @@ impl Lane<'_, '_> {
 mod tests {
     use super::*;
     use crate::testing::simple;
-    use crate::{Options, StateMachine, Task, Tasks};
+    use crate::{Bound, Options, StateMachine, Task, Tasks};
 
     fn bounds(tasks: Vec<Task>) -> Vec<u64> {
         let options = Options { method: Method::Best, is_brief: false };

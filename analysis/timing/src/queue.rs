@@ -9,9 +9,11 @@
 //! Without others, this is the analysis that K. Bedarkar et al. prove (*From intuition to Coq: a case study in verified response-time
 //! analysis of FIFO scheduling*, RTSS 2022).
 
+use std::collections::BTreeMap;
+
 use crate::lane::{JobCounts, Lane};
-use crate::lane_analysis::LaneResponse;
-use crate::{Bound, Counted, Method, Order, Time, Window};
+use crate::lane_analysis::{LaneResponse, LateJob};
+use crate::{Counted, Method, NoBoundReason, Order, Time};
 
 /// The latest job of a queue.
 #[derive(Clone, Copy)]
@@ -29,27 +31,38 @@ impl QueuedJob {
 impl Lane<'_, '_> {
     /// Replaces the responses in threads with a queue by what the order of the releases leaves, where that is less.
     pub(crate) fn queue_in_order(&mut self, found: &mut [LaneResponse]) {
+        let method = Method::Psm.min(self.options.method);
+        // Without blocking, the latest job is the same for all tasks of a thread.
+        let mut of_threads: BTreeMap<Option<u32>, QueuedJob> = BTreeMap::new();
         for found in found {
-            let ends = found.busy.is_some_and(|busy| busy.ends);
-            if self.members.get(found.place).task.order == Order::Fifo && ends {
-                self.queue(found);
+            let member = self.members.get(found.place);
+            if member.task.order != Order::Fifo || found.busy.is_none_or(|busy| !busy.ends) {
+                continue;
             }
+            let (thread, is_alike) = (member.task.thread, member.blocking == 0);
+            let known = of_threads.get(&thread).copied().filter(|_| is_alike);
+            let Ok(Some(latest)) =
+                known.map_or_else(|| self.latest_in_queue(found.place, method), |it| Ok(Some(it)))
+            else {
+                continue;
+            };
+            of_threads.insert(thread, latest);
+            // Otherwise, the bound for any order stays.
+            let _ = self.enter_queued(found, latest, method);
         }
     }
 
-    fn queue(&mut self, found: &mut LaneResponse) -> Option<()> {
-        let place = found.place;
+    /// Returns the latest job in the queue of the member at `place`; none if it has no queue.
+    fn latest_in_queue(&mut self, place: usize, method: Method) -> Result<Option<QueuedJob>, NoBoundReason> {
         let of = self.members.get(place).task;
         let is_in_queue = |lane: &Self, it: usize| lane.members.get(it).task.is_queued_with(of);
         let all = 0..self.members.len();
         let queue: Vec<usize> = all.filter(|it| is_in_queue(self, *it)).collect();
         // A task without a thread has no queue.
-        let is_known = queue.contains(&place);
-        if !is_known || queue.iter().any(|it| self.members.get(*it).task.order != Order::Fifo) {
-            return None;
+        if !queue.contains(&place) || queue.iter().any(|it| self.members.get(*it).task.order != Order::Fifo) {
+            return Ok(None);
         }
         let mut counts = JobCounts::new(self.members.len());
-        let method = Method::Psm.min(self.options.method);
         for other in self.interfering(place) {
             if !queue.contains(&other) {
                 counts.include(other, &mut self.members, method);
@@ -62,45 +75,38 @@ impl Lane<'_, '_> {
             let mut next_release = u64::MAX;
             for &it in &queue {
                 let member = self.members.at(it);
-                let jobs = member.jobs_released(release + 1).ok()?;
-                demand = demand.checked_add(member.demand(jobs).ok()?)?;
-                next_release = next_release.min(member.next_release_after(release)?);
+                let jobs = member.jobs_released(release + 1)?;
+                demand = demand.checked_add(member.demand(jobs)?).ok_or(NoBoundReason::Overflow)?;
+                let next = member.next_release_after(release).ok_or(NoBoundReason::Overflow)?;
+                next_release = next_release.min(next);
             }
-            let jobs = self.members.get(place).jobs_released(release + 1).ok()?;
-            let length = self.window(place, jobs, demand.max(1), &mut counts, method, &mut budget).ok()?;
+            let jobs = self.members.get(place).jobs_released(release + 1)?;
+            let length = self.window(place, jobs, demand.max(1), &mut counts, method, &mut budget)?;
             let job = QueuedJob { release, length };
             if latest.is_none_or(|it| job.response() > it.response()) {
                 latest = Some(job);
             }
             if next_release >= length {
-                break;
+                return Ok(latest);
             }
             release = next_release;
         }
-        let QueuedJob { release, length } = latest?;
-        let member = self.members.at(place);
-        let time = Time::from_nanos((length - release).checked_add(member.jitter)?);
-        if matches!(found.response.bound, Bound::Response(known) if known <= time) {
-            return None;
-        }
-        let job = member.jobs_released(release + 1).ok()?;
-        let own = Time::from_nanos(member.demand(job).ok()?);
-        found.response.bound = Bound::Response(time);
-        found.response.method = method;
-        found.response.window = Some(Window {
-            method,
-            job,
-            own,
-            length: Time::from_nanos(length),
-            start: None,
-            clock: 0,
-            delay: Time::ZERO,
-            iterations: Vec::new(),
-            blocking: Time::from_nanos(self.blocking(place, job, length).ok()?),
-            counted: Counted::UntilRelease(Time::from_nanos(release)),
-            late: Vec::new(),
-        });
-        Some(())
+    }
+
+    fn enter_queued(
+        &mut self,
+        found: &mut LaneResponse,
+        latest: QueuedJob,
+        method: Method,
+    ) -> Result<(), NoBoundReason> {
+        let member = self.members.get(found.place);
+        let late = LateJob {
+            job: member.jobs_released(latest.release + 1)?,
+            length: latest.length,
+            time: latest.response().checked_add(member.jitter).ok_or(NoBoundReason::Overflow)?,
+            counted: Counted::UntilRelease(Time::from_nanos(latest.release)),
+        };
+        self.enter_late_job(found, late, method)
     }
 }
 
@@ -108,7 +114,7 @@ impl Lane<'_, '_> {
 mod tests {
     use super::*;
     use crate::testing::simple;
-    use crate::{NoBoundReason, Options, Task, response_times};
+    use crate::{Bound, Options, Task, response_times};
 
     /// Tasks of one thread, with one on top of them.
     fn bounds(order: Order, top: Option<Task>, queued: &[(u64, u64, u64)]) -> Vec<u64> {
