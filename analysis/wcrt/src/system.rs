@@ -1,6 +1,6 @@
 //! The activities of a deployment: one for each instance of its architecture.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -783,39 +783,34 @@ impl<'db> SystemReader<'db> {
 
     /// Enters the threads that execute several activities. Refuses activities of one thread that it could not execute.
     fn threads(&mut self, data: &Deployment) {
-        let mut first_of: FxHashMap<Name, usize> = FxHashMap::default();
-        let mut numbers: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
-        for index in 0..self.found.activities.len() {
-            let activity = &mut self.found.activities[index];
-            let Some(thread) = activity.thread_name.clone().filter(|_| activity.thread.is_none()) else {
-                continue;
-            };
-            if activity.order == Order::List {
-                activity.task.order = Order::Fifo;
+        let mut threads: BTreeMap<Name, Vec<usize>> = BTreeMap::new();
+        for (index, activity) in self.found.activities.iter().enumerate() {
+            if let (Some(name), None) = (&activity.thread_name, activity.thread) {
+                threads.entry(name.clone()).or_default().push(index);
             }
-            let first = *first_of.entry(thread).or_insert(index);
-            numbers.entry(first).or_default().push(index);
         }
-        for (first, members) in numbers {
-            if members.len() == 1 {
-                let alone = &mut self.found.activities[first];
+        for members in threads.into_values() {
+            let [first, others @ ..] = members.as_slice() else { continue };
+            if others.is_empty() {
+                let alone = &mut self.found.activities[*first];
                 (alone.task.order, alone.thread_name) = (Order::List, None);
+                continue;
             }
-            for index in members.into_iter().filter(|it| *it != first) {
-                let number = u32::try_from(data.activities.len() + first).ok();
-                let [one, other] = [first, index].map(|it| &self.found.activities[it]);
+            for index in &members {
+                let task = &mut self.found.activities[*index].task;
+                task.thread = u32::try_from(data.activities.len() + first).ok();
+                task.order = if task.order == Order::List { Order::Fifo } else { task.order };
+            }
+            for other in others {
+                let [one, it] = [first, other].map(|it| &self.found.activities[*it].task);
                 let differing = [
-                    (ActivityField::Order, one.order != other.order),
-                    (ActivityField::Priority, one.priority != other.priority),
-                    (ActivityField::Cpus, one.task.cpus != other.task.cpus),
-                    (ActivityField::Preemptive, one.is_not_preempted != other.is_not_preempted),
+                    (ActivityField::Order, one.order != it.order),
+                    (ActivityField::Priority, one.priority != it.priority),
+                    (ActivityField::Cpus, one.cpus != it.cpus),
+                    (ActivityField::Preemptive, one.is_not_preempted != it.is_not_preempted),
                 ];
-                let differing = differing.into_iter().find(|(_, differs)| *differs);
-                if let Some((field, _)) = differing {
-                    self.other_in_thread(data, [first, index], field);
-                }
-                for it in [first, index] {
-                    self.found.activities[it].task.thread = number;
+                if let Some((field, _)) = differing.into_iter().find(|(_, differs)| *differs) {
+                    self.other_in_thread(data, [*first, *other], field);
                 }
             }
         }
