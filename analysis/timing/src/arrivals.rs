@@ -52,6 +52,8 @@ pub(crate) type Rate = (u64, u64);
 
 /// Rates that have no common time below this one are rounded up.
 const LONGEST: u64 = 10_000_000_000_000;
+/// The most steps from one release to the next; a search takes 64.
+const MOST_STEPS: usize = 8;
 
 impl Arrivals {
     /// Returns the bound for a task that data of one port, or of all, releases, with the writers of each port. Without a port, there is none.
@@ -96,6 +98,19 @@ impl Arrivals {
             if is_before(middle) { low = middle } else { high = middle }
         }
         low
+    }
+
+    /// The same, where the job before is released then. The next one mostly comes after a step or two.
+    pub(crate) fn release_after(&self, job: u64, before: u64) -> u64 {
+        let mut window = before;
+        for _ in 0..MOST_STEPS {
+            let Some(longer) = window.checked_add(1) else { break };
+            match self.releases(longer) {
+                (jobs, _) if jobs >= job => return window,
+                (_, until) => window = until,
+            }
+        }
+        self.release_of(job)
     }
 
     fn rate(&self) -> Rate {
@@ -165,6 +180,9 @@ mod tests {
         assert_eq!(any.releases(8), (1 + 2 + 2, 17));
         assert_eq!(any.releases(48), (1 + 6 + 2, 50));
         assert_eq!([1, 4, 5, 6].map(|job| any.release_of(job)), [0, 0, 7, 17]);
+        for job in 1..1000 {
+            assert_eq!(any.release_after(job + 1, any.release_of(job)), any.release_of(job + 1), "{job}");
+        }
         assert_eq!(any.rate(), (5 + 2, 50));
         let all = of(true, &[&fast, &slow]);
         assert_eq!(all.releases(7), (1 + 1, 7));
@@ -191,6 +209,7 @@ mod tests {
         let never = of(false, &[&[]]);
         assert_eq!((never.releases(u64::MAX), never.rate()), ((1, u64::MAX), (0, 1)));
         assert_eq!([1, 2].map(|job| never.release_of(job)), [0, u64::MAX]);
+        assert_eq!([never.release_after(2, 0), never.release_after(3, u64::MAX)], [u64::MAX; 2]);
         assert_eq!(Arrivals::new(true, Vec::new()), None);
     }
 

@@ -1,5 +1,6 @@
 //! One CPU, real or imaginary, with its tasks: what they ask for in a window.
 
+use std::cell::Cell;
 use std::cmp::Ordering;
 use std::rc::Rc;
 
@@ -7,7 +8,7 @@ use crate::execution_bound::{BoundPiece, ExecutionBound};
 use crate::paths::{MachinePaths, Requests};
 use crate::utilisation::TaskShare;
 use crate::{
-    CpuRule, CycleMean, Demand, Method, NoBoundReason, Options, Priority, StateMachine, Task, Time,
+    Arrivals, CpuRule, CycleMean, Demand, Method, NoBoundReason, Options, Priority, StateMachine, Task, Time,
     TraceBound, Utilisation,
 };
 
@@ -43,6 +44,8 @@ pub(crate) struct LaneMember<'a> {
     paths: Option<Box<MachinePaths>>,
     /// All tasks of its thread in their order, by their indices in all members; empty if the thread has no others.
     pub(crate) thread: Rc<[usize]>,
+    /// The job whose release by data was asked for last, and that release.
+    last_release: Cell<(u64, u64)>,
     interrupt: &'a dyn Fn(),
 }
 
@@ -129,6 +132,7 @@ impl<'a> LaneMember<'a> {
             execution: None,
             paths: None,
             thread: Rc::new([]),
+            last_release: Cell::default(),
             interrupt,
         })
     }
@@ -166,8 +170,21 @@ impl<'a> LaneMember<'a> {
 
     /// Returns the earliest nominal release of a job of a window, from 1, counted from J before its start.
     pub(crate) fn release(&self, job: u64) -> Result<u64, NoBoundReason> {
-        let release = self.task.release_of(job);
-        release.and_then(|it| it.as_nanos().checked_add(self.delay)).ok_or(NoBoundReason::Overflow)
+        let by_distance = self.task.release_by_distance(job).ok_or(NoBoundReason::Overflow)?.as_nanos();
+        let by_data = self.task.arrivals.as_ref().map_or(0, |it| self.release_by_data(it, job));
+        by_distance.max(by_data).checked_add(self.delay).ok_or(NoBoundReason::Overflow)
+    }
+
+    /// A busy window asks for one job after the other, and for each several times.
+    fn release_by_data(&self, arrivals: &Arrivals, job: u64) -> u64 {
+        let (known, at) = self.last_release.get();
+        let found = match job.checked_sub(known) {
+            Some(0) => at,
+            Some(1) if known > 0 => arrivals.release_after(job, at),
+            _ => arrivals.release_of(job),
+        };
+        self.last_release.set((job, found));
+        found
     }
 
     /// Returns the number of jobs that are released in a window: b·⌈(t + J − delay)/T⌉, or less where data releases them less often.

@@ -257,9 +257,13 @@ impl Task {
     /// Returns the earliest nominal release of a job of a window, from 1, counted from that of the first one; `None` if it does not
     /// fit, or without a period.
     pub fn release_of(&self, job: u64) -> Option<Time> {
-        let by_distance = self.period?.checked_mul(job.saturating_sub(1) / self.burst())?;
         let by_data = self.arrivals.as_ref().map(|it| Time::from_nanos(it.release_of(job)));
-        Some(by_data.unwrap_or_default().max(by_distance))
+        Some(by_data.unwrap_or_default().max(self.release_by_distance(job)?))
+    }
+
+    /// The same, whatever data releases it.
+    pub(crate) fn release_by_distance(&self, job: u64) -> Option<Time> {
+        self.period?.checked_mul(job.saturating_sub(1) / self.burst())
     }
 
     /// Returns the long-run mean of jobs, from that of one job, and the time in which it counts. What does not fit is at least the whole
