@@ -53,6 +53,7 @@
 //! | `trace/lines.rs` | the lines of a stream, without an allocation for each |
 //! | `trace/event.rs` | an event of LTTng, from the text of `babeltrace2` |
 //! | `trace/nesting.rs` | begins and ends → spans, across discarded events and damaged recordings |
+//! | `trace/ros2.rs` | [`trace::Ros2Graph`]: nodes, callbacks and topics of a recording of `ros2_tracing` |
 //! | `trace/observation.rs` | [`trace::Observation`]: the greatest time and wait of each codel |
 //! | `trace/csv.rs`, `trace/column.rs` | files of executions, in comma-separated values |
 //! | `trace/names.rs` | [`trace::SpanNames`]: codels, programs and instances, by number |

@@ -15,6 +15,7 @@ mod names;
 mod nesting;
 mod observation;
 mod reader;
+mod ros2;
 mod source;
 
 use std::ops::ControlFlow;
@@ -24,6 +25,10 @@ pub use error::{CsvProblem, TraceError};
 pub use names::{NameId, SpanKind, SpanName, SpanNames, access_key, lock_of, port_of};
 pub use observation::{Observation, SeenName, Wait};
 pub use reader::TraceReader;
+pub use ros2::{
+    ROS2_LIBRARY, Ros2Callback, Ros2Graph, Ros2Group, Ros2Messages, Ros2Publisher, Ros2Release,
+    ros2_identifier,
+};
 pub use source::Source;
 
 /// The difference by which an execution time may exceed the elapsed time. Both clocks are read one after the other, and in

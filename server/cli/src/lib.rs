@@ -36,6 +36,7 @@ mod explain;
 mod fmt;
 mod generate;
 mod graph;
+mod import;
 mod lines;
 mod measure;
 mod new;
@@ -135,6 +136,15 @@ commands! {
     /// Exit codes: 0 each deadline was met; 1 a deadline was missed, a component stopped because of an exception, or the models
     /// have errors; 2 the program cannot be built or started.
     Run(run::RunCommand),
+    /// Make a project from a recording of a system of ROS 2.
+    ///
+    /// A RECORDING is a folder that `ros2 trace` has recorded, with the events ros2:*, those of CARET, and sched_switch of the kernel, as far
+    /// as they were enabled: without sched_switch, times are elapsed ones. Shows what each callback took, and what the recording does
+    /// not say. With -o, writes a model of its callbacks and topics, their times, and a deployment. Files that the folder has are kept;
+    /// the executions are added to its sample file.
+    ///
+    /// Exit codes: 0 the recordings were read; 2 one cannot be read or has no callback, or a file cannot be written.
+    Import(import::Import),
     /// Import recorded executions, compare them with the model, or show them in a viewer.
     #[command(subcommand)]
     Trace(trace::Trace),

@@ -27,7 +27,7 @@ use super::generate::refusal_text;
 use super::run::build::{Build, check_tools, status_of};
 use super::run::built_packages;
 use super::sample_file::{samples_error, unreadable_samples};
-use super::trace::import_recording;
+use super::trace::import_recordings;
 use crate::errors::only_deployment;
 use crate::text::{argument, duration};
 
@@ -86,8 +86,9 @@ impl Measure {
         let build = Build::open(root, Some(&out.real))?;
         let program = build.build(&[package], MEASURE, &self.names.join(", "))?;
         let recording = build.folder.join(format!("measured-{}", std::process::id()));
-        let imported =
-            self.execute(&program, &recording).and_then(|()| import_recording(&recording, &self.output));
+        let imported = self
+            .execute(&program, &recording)
+            .and_then(|()| import_recordings(std::slice::from_ref(&recording), &self.output));
         let _ = fs::remove_dir_all(&recording);
         let mut output = imported?;
         let samples =

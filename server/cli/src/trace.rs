@@ -7,7 +7,7 @@ mod import;
 use clap::Subcommand;
 use mauve_projects::output::Output;
 
-pub(super) use import::{import_recording, shown_key, warnings as recording_warnings};
+pub(super) use import::{import_recordings, shown_key, trace_error, warnings as recording_warnings};
 
 commands! {
     Trace:

@@ -37,10 +37,71 @@ pub(super) struct SpanEvent<'a> {
     pub(super) outcome: Option<Outcome>,
 }
 
+/// An event of `ros2_tracing`, or of CARET.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Ros2Event<'a> {
+    /// In nanoseconds since the epoch.
+    pub(super) time: u64,
+    /// The host and the process, as far as the session records them.
+    pub(super) process: &'a [u8],
+    pub(super) process_id: Option<u64>,
+    pub(super) thread: u64,
+    pub(super) cpu: Option<u32>,
+    /// Without its provider.
+    pub(super) name: &'a [u8],
+    groups: &'a [u8],
+}
+
+impl<'a> Ros2Event<'a> {
+    /// Returns a number, or an address.
+    pub(super) fn number(&self, name: &str) -> Option<u64> {
+        let value = self.field(name)?;
+        match value.strip_prefix(b"0x") {
+            Some(digits) => u64::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok(),
+            None => number(value),
+        }
+    }
+
+    /// Returns the host.
+    pub(super) fn host(&self) -> &'a [u8] {
+        host(self.process)
+    }
+
+    /// Returns a text.
+    pub(super) fn text(&self, name: &str) -> Option<String> {
+        unescaped(self.field(name)?)
+    }
+
+    fn field(&self, name: &str) -> Option<&'a [u8]> {
+        let mut fields = EventFields { rest: self.groups };
+        fields.find(|field| field.name == name.as_bytes()).map(|field| field.value)
+    }
+}
+
+/// The event `sched_switch` of Linux.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct SwitchEvent<'a> {
+    /// In nanoseconds since the epoch.
+    pub(super) time: u64,
+    /// The host.
+    pub(super) host: &'a [u8],
+    pub(super) cpu: u32,
+    /// The thread that leaves the CPU.
+    pub(super) previous: u64,
+    /// The thread that gets it.
+    pub(super) next: u64,
+    /// Of that one, the priority of the real-time scheduler; 0 without one.
+    pub(super) priority: u32,
+}
+
 /// A line of `babeltrace2`.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum BabeltraceLine<'a> {
     Event(SpanEvent<'a>),
+    /// An event of `ros2_tracing`, or of CARET.
+    Ros2(Ros2Event<'a>),
+    /// A CPU goes from one thread to another.
+    Switch(SwitchEvent<'a>),
     /// An event of another provider.
     Foreign,
     /// An event of a generated package without the context `vtid`.
@@ -64,6 +125,13 @@ fn event(line: &[u8]) -> Option<BabeltraceLine<'_>> {
         Some(space) => (header.get(..space)?, header.get(space + 1..)?),
         None => (&b""[..], header),
     };
+    let of_ros = name.strip_prefix(b"ros2:").or_else(|| name.strip_prefix(b"ros2_caret:"));
+    if let Some(name) = of_ros {
+        return Some(ros2_event(time, process, name, groups));
+    }
+    if name == b"sched_switch" {
+        return Some(switch(time, process, groups).map_or(BabeltraceLine::Foreign, BabeltraceLine::Switch));
+    }
     let Some(name) = name.strip_prefix(b"mauve_") else { return Some(BabeltraceLine::Foreign) };
     let kind = match name.get(name.iter().position(|byte| *byte == b':')? + 1..)? {
         b"component" => SpanKind::Period,
@@ -131,6 +199,34 @@ fn event(line: &[u8]) -> Option<BabeltraceLine<'_>> {
         lock,
         outcome,
     }))
+}
+
+fn ros2_event<'a>(time: u64, process: &'a [u8], name: &'a [u8], groups: &'a [u8]) -> BabeltraceLine<'a> {
+    let event = Ros2Event { time, process, process_id: None, thread: 0, cpu: None, name, groups };
+    let Some(thread) = event.number("vtid") else { return BabeltraceLine::WithoutThread };
+    let cpu = event.number("cpu_id").and_then(|it| u32::try_from(it).ok());
+    BabeltraceLine::Ros2(Ros2Event { thread, process_id: event.number("vpid"), cpu, ..event })
+}
+
+fn switch<'a>(time: u64, process: &'a [u8], groups: &'a [u8]) -> Option<SwitchEvent<'a>> {
+    let (mut cpu, mut previous, mut next, mut priority) = (None, None, None, 0);
+    for field in (EventFields { rest: groups }) {
+        match field.name {
+            b"cpu_id" => cpu = u32::try_from(number(field.value)?).ok(),
+            b"prev_tid" => previous = number(field.value),
+            b"next_tid" => next = number(field.value),
+            // Linux's own number less 100: -2 for priority 1, and -100 for 99.
+            b"next_prio" => priority = field.value.strip_prefix(b"-").and_then(number).unwrap_or(0),
+            _ => {}
+        }
+    }
+    let priority = u32::try_from(priority.saturating_sub(1)).ok().filter(|it| *it < 100).unwrap_or(0);
+    Some(SwitchEvent { time, host: host(process), cpu: cpu?, previous: previous?, next: next?, priority })
+}
+
+/// Returns the host of `host:(process)`.
+fn host(process: &[u8]) -> &[u8] {
+    process.split(|byte| *byte == b':').next().unwrap_or_default()
 }
 
 /// Reads the scheduling of a thread. None in recordings of earlier versions, and where the system did not say it.

@@ -10,10 +10,11 @@ use super::babeltrace::{Babeltrace, Lost};
 use super::csv;
 use super::cut::Complete;
 use super::error::TraceError;
-use super::event::{self, BabeltraceLine, SpanEvent};
+use super::event::{self, BabeltraceLine, Ros2Event, SpanEvent};
 use super::lines::TraceLines;
-use super::names::{SpanKind, SpanName, SpanNames, lock_key};
+use super::names::{NameId, SpanKind, SpanName, SpanNames, lock_key};
 use super::nesting::Nesting;
+use super::ros2::{ROS2_LIBRARY, Ros2Graph};
 use super::source::Source;
 use super::{Progress, RecordedThread, Span, Totals, Visitor};
 
@@ -49,6 +50,7 @@ pub struct TraceReader {
     summary: Totals,
     nesting: Nesting,
     origins: HashMap<Vec<u8>, u32>,
+    ros2: Ros2Graph,
 }
 
 impl TraceReader {
@@ -105,6 +107,23 @@ impl TraceReader {
         csv::read(executions, Some(periods), None, &mut self.names, &mut self.summary, visitor)
     }
 
+    /// Reads lines as `babeltrace2` prints them.
+    #[cfg(test)]
+    pub(super) fn read_lines(
+        &mut self,
+        lines: impl Read,
+        visitor: &mut dyn Visitor,
+    ) -> Result<(), TraceError> {
+        struct Complete<R>(R, Vec<Lost>);
+        impl<R: Read> Read for Complete<R> {
+            fn read(&mut self, to: &mut [u8]) -> std::io::Result<usize> {
+                self.0.read(to)
+            }
+        }
+        let mut lines = TraceLines::new(Complete(lines, Vec::new()));
+        self.read_events(&mut lines, |it| &mut it.1, visitor)
+    }
+
     /// Reads the next chunk of a trace of LTTng. It may have no event.
     ///
     /// # Errors
@@ -157,6 +176,12 @@ impl TraceReader {
             let line = lines.line();
             let mut flow = match event::parse(line) {
                 BabeltraceLine::Event(event) => self.event(&event, visitor)?,
+                BabeltraceLine::Ros2(event) => self.ros2_event(&event, visitor)?,
+                BabeltraceLine::Switch(event) => {
+                    self.summary.foreign += 1;
+                    self.ros2.switch(&event);
+                    ControlFlow::Continue(())
+                }
                 BabeltraceLine::Foreign => {
                     self.summary.foreign += 1;
                     ControlFlow::Continue(())
@@ -197,6 +222,17 @@ impl TraceReader {
             event::name(event.kind, event.text).ok_or_else(|| malformed(event.text, 0))
         })?;
         self.summary.events += 1;
+        Ok(self.nest(event, thread, name, visitor))
+    }
+
+    /// Takes a begin or an end, and gives the span that it ends to a visitor.
+    fn nest(
+        &mut self,
+        event: &SpanEvent<'_>,
+        thread: RecordedThread,
+        name: NameId,
+        visitor: &mut dyn Visitor,
+    ) -> ControlFlow<()> {
         self.summary.at(Some(event.time));
         let missing = self.summary.missing();
         let span = self.nesting.event(event, thread, name, &mut self.summary);
@@ -206,10 +242,68 @@ impl TraceReader {
         match span {
             Some(span) => {
                 self.summary.spans += 1;
-                Ok(visitor.span(&span, &self.names))
+                visitor.span(&span, &self.names)
             }
-            None => Ok(ControlFlow::Continue(())),
+            None => ControlFlow::Continue(()),
         }
+    }
+
+    /// Takes an event of ROS 2: a callback is a codel, and all of a period of its instance.
+    fn ros2_event(
+        &mut self,
+        event: &Ros2Event<'_>,
+        visitor: &mut dyn Visitor,
+    ) -> Result<ControlFlow<()>, TraceError> {
+        let origin = self.origin_of(event.process)?;
+        let thread = RecordedThread { origin, process: event.process_id.unwrap_or(0), thread: event.thread };
+        let Some(of) = self.ros2.event(event, thread)? else {
+            self.summary.foreign += 1;
+            return Ok(ControlFlow::Continue(()));
+        };
+        self.summary.events += 1;
+        let mut kinds = [SpanKind::Period, SpanKind::Codel];
+        let mut ids = self.callback_ids(of.callback)?;
+        if of.is_end {
+            kinds.reverse();
+            ids.reverse();
+        }
+        let Ros2Event { time, process, process_id, thread: number, cpu, .. } = *event;
+        for (kind, name) in kinds.into_iter().zip(ids) {
+            let event = SpanEvent {
+                time,
+                process,
+                process_id,
+                thread: number,
+                cpu,
+                kind,
+                text: b"",
+                is_end: of.is_end,
+                cpu_ns: of.cpu_ns,
+                scheduling: None,
+                waits: None,
+                lock: None,
+                outcome: None,
+            };
+            if self.nest(&event, thread, name, visitor).is_break() {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// Returns the names of the period and of the codel of a callback.
+    fn callback_ids(&mut self, callback: usize) -> Result<[NameId; 2], TraceError> {
+        let Some(callback) = self.ros2.callbacks.get_mut(callback) else { return Ok([NameId::default(); 2]) };
+        if let Some(ids) = callback.ids {
+            return Ok(ids);
+        }
+        let instance = &callback.name;
+        let period = SpanName { kind: SpanKind::Period, key: String::new(), instance: instance.clone() };
+        let key = format!("{ROS2_LIBRARY}.{instance}");
+        let codel = SpanName { kind: SpanKind::Codel, key, instance: instance.clone() };
+        let ids = [self.names.of(period)?, self.names.of(codel)?];
+        callback.ids = Some(ids);
+        Ok(ids)
     }
 
     /// Reads a lock that a thread leaves: its event has both ends, since locks need not be left in the order in which they were got.
@@ -280,6 +374,11 @@ impl TraceReader {
     /// Returns the names so far.
     pub fn names(&self) -> &SpanNames {
         &self.names
+    }
+
+    /// Returns what the events of ROS 2 said so far.
+    pub fn ros2(&self) -> &Ros2Graph {
+        &self.ros2
     }
 
     /// Returns the summary of all that was read since the last call. Spans that are open stay so.

@@ -19,8 +19,7 @@ use mauve_pwcet::trace::{Observation, Source, Totals, TraceError, TraceReader};
 
 use crate::sample_file::samples_error;
 use crate::text::counted;
-use messages::trace_error;
-pub(crate) use messages::warnings;
+pub(crate) use messages::{trace_error, warnings};
 use observed::Memory;
 use recorder::Recorder;
 use table::Imported;
@@ -89,9 +88,9 @@ impl TraceImport {
     }
 }
 
-/// Adds a recording to a sample file. Returns the table of its executions.
-pub(crate) fn import_recording(trace: &Path, output: &Path) -> Result<Output, String> {
-    let (traces, output) = (vec![trace.to_owned()], output.to_owned());
+/// Adds recordings to a sample file. Returns the table of their executions.
+pub(crate) fn import_recordings(traces: &[PathBuf], output: &Path) -> Result<Output, String> {
+    let (traces, output) = (traces.to_vec(), output.to_owned());
     TraceImport { traces, output, watch: false, programs: false }.run()
 }
 

@@ -22,7 +22,7 @@ pub(super) fn other_build(observed: &Path, it: &Recording, other: &Recording) ->
 }
 
 /// Returns the message for a trace that cannot be read.
-pub(in crate::trace) fn trace_error(trace: &Path, error: &TraceError) -> String {
+pub(crate) fn trace_error(trace: &Path, error: &TraceError) -> String {
     let shown = trace.display();
     match error {
         TraceError::Io { path, error } => format!("cannot read `{}`: {error}", path.display()),

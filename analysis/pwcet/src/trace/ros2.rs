@@ -1,0 +1,711 @@
+//! What a recording of `ros2_tracing` says of a system of ROS 2, with or without the events of CARET and of the scheduler.
+//!
+//! A callback becomes a codel, and an instance of the same name: `filter_node_on_points`, `drive_node_timer_100ms`. Names come from
+//! the node, the topic or the period, never from an address, so that two recordings of one system have the same ones. Where several
+//! callbacks would have one name, the later ones have a number.
+//!
+//! With the events of the scheduler, an execution takes the CPU time of its thread. Without them, it takes the time from its begin to
+//! its end: that is longer where the thread was preempted or waited, and never shorter.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque};
+
+use super::RecordedThread;
+use super::error::TraceError;
+use super::event::{Ros2Event, SwitchEvent};
+use super::names::NameId;
+
+/// The library of the codels that callbacks are.
+pub const ROS2_LIBRARY: &str = "ros";
+
+// They bound the memory that a hostile recording needs.
+const MOST_ENTITIES: usize = 1 << 15;
+const MOST_THREADS: usize = 1 << 16;
+const MOST_OF_CALLBACK: usize = 1 << 8;
+const LONGEST_NAME: usize = 1 << 10;
+
+/// What a recording says of a system of ROS 2.
+#[derive(Debug, Default)]
+pub struct Ros2Graph {
+    /// The nodes with their namespaces, such as `/arm/driver`, in the order in which they were made.
+    pub nodes: Vec<String>,
+    /// The callbacks, in the order in which they were made.
+    pub callbacks: Vec<Ros2Callback>,
+    /// The publishers, in the order in which they were made.
+    pub publishers: Vec<Ros2Publisher>,
+    /// The callback groups, in the order in which executors got them; only with the events of CARET.
+    pub groups: Vec<Ros2Group>,
+    /// The types of the executors, such as `multi_threaded_executor`; only with the events of CARET.
+    pub executors: Vec<String>,
+    /// Executions of callbacks that were made before the recording began.
+    pub unknown: u64,
+    /// The greatest number of a CPU on which a callback began, from 0.
+    pub last_cpu: Option<u32>,
+    handles: HashMap<Handle, usize>,
+    /// What threads execute now.
+    open: HashMap<RecordedThread, OpenCallback>,
+    hosts: HashMap<Vec<u8>, u32>,
+    /// By host and thread.
+    clocks: HashMap<(u32, u64), ThreadClock>,
+    /// The thread that each CPU of a host executes.
+    running: HashMap<(u32, u32), u64>,
+    names: HashSet<String>,
+    /// The callbacks before this one have a name.
+    named: usize,
+}
+
+/// A callback of a node.
+#[derive(Debug, Clone, Default)]
+pub struct Ros2Callback {
+    /// Its name; empty until it, or a later one, was executed.
+    pub name: String,
+    /// The index of its node, if the recording says it.
+    pub node: Option<usize>,
+    /// What releases it.
+    pub release: Ros2Release,
+    /// The function, as far as the compiler names it.
+    pub symbol: String,
+    /// The index of its callback group.
+    pub group: Option<usize>,
+    /// What it publishes, by the index of the publisher.
+    pub publishes: BTreeMap<usize, Ros2Messages>,
+    /// The threads that execute it.
+    pub threads: BTreeSet<RecordedThread>,
+    /// The greatest priority of the real-time scheduler that these had; 0 without one, `None` if the recording does not say it.
+    pub priority: Option<u32>,
+    /// How often it began.
+    pub executions: u64,
+    /// How many executions ended of which only the elapsed time is known.
+    pub elapsed: u64,
+    /// The least time between two begins.
+    pub least_gap: Option<u64>,
+    /// The most begins within a second; of more than 256, 256.
+    pub in_second: usize,
+    /// The last begins within a second.
+    begins: VecDeque<u64>,
+    pub(super) ids: Option<[NameId; 2]>,
+}
+
+/// What releases a callback.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Ros2Release {
+    /// A timer with this period in nanoseconds.
+    Timer(u64),
+    /// Messages of a topic.
+    Subscription(String),
+    /// Requests of a service.
+    Service(String),
+    /// The recording does not say it.
+    #[default]
+    Unknown,
+}
+
+/// What a callback publishes with one publisher.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Ros2Messages {
+    /// The number of messages.
+    pub all: u64,
+    /// The most messages of one execution.
+    pub most: u64,
+}
+
+/// A publisher of a node.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Ros2Publisher {
+    /// The index of its node, if the recording says it.
+    pub node: Option<usize>,
+    /// Its topic.
+    pub topic: String,
+    /// How many messages no known callback published.
+    pub outside: u64,
+}
+
+/// A callback group.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Ros2Group {
+    /// Its type, such as `mutually_exclusive`.
+    pub kind: String,
+    /// Its executor, or what collects groups for one.
+    owner: Option<Handle>,
+}
+
+/// What an address in a process is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Handle {
+    kind: HandleKind,
+    origin: u32,
+    process: u64,
+    address: u64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum HandleKind {
+    Node,
+    Publisher,
+    Timer,
+    Subscription,
+    /// The object of rclcpp that has a subscription of rcl.
+    SubscriptionObject,
+    Service,
+    Callback,
+    Group,
+    /// An executor, or what collects groups for one.
+    Executor,
+}
+
+/// The CPU time of a thread.
+#[derive(Debug, Clone, Copy, Default)]
+struct ThreadClock {
+    used: u64,
+    /// Since when it has a CPU.
+    since: Option<u64>,
+    priority: Option<u32>,
+}
+
+/// A callback that a thread executes.
+#[derive(Debug, Clone)]
+struct OpenCallback {
+    callback: usize,
+    begin: u64,
+    /// The CPU time of its thread at the begin, if that is known.
+    used: Option<u64>,
+    /// The number of messages, by publisher.
+    published: BTreeMap<usize, u64>,
+}
+
+/// A callback begins or ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct CallbackEvent {
+    pub(super) callback: usize,
+    pub(super) is_end: bool,
+    /// A time that grows by the execution time from the begin to the end.
+    pub(super) cpu_ns: u64,
+}
+
+impl Ros2Graph {
+    /// Returns the index of the executor of a group, if the recording says it.
+    pub fn executor_of(&self, group: usize) -> Option<usize> {
+        self.index(self.groups.get(group)?.owner?)
+    }
+
+    /// Takes an event. Returns the callback that begins or ends.
+    pub(super) fn event(
+        &mut self,
+        event: &Ros2Event<'_>,
+        thread: RecordedThread,
+    ) -> Result<Option<CallbackEvent>, TraceError> {
+        match event.name {
+            b"callback_start" => return Ok(self.execution(event, thread, false)),
+            b"callback_end" => return Ok(self.execution(event, thread, true)),
+            b"rcl_publish" | b"rclcpp_intra_publish" => _ = self.publish(event, thread),
+            _ => _ = self.made(event, thread),
+        }
+        let parts = [self.nodes.len(), self.callbacks.len(), self.publishers.len(), self.groups.len()];
+        let count = parts.iter().sum::<usize>() + self.executors.len();
+        match count > MOST_ENTITIES || self.handles.len() > 4 * MOST_ENTITIES {
+            true => Err(TraceError::TooManyNames),
+            false => Ok(None),
+        }
+    }
+
+    /// Takes what was made, or joined. `None` where a field is missing, or unknown.
+    fn made(&mut self, event: &Ros2Event<'_>, thread: RecordedThread) -> Option<()> {
+        let handle = |kind: HandleKind, field: &str| {
+            let RecordedThread { origin, process, .. } = thread;
+            Some(Handle { kind, origin, process, address: event.number(field)? })
+        };
+        let text = |field: &str| Some(event.text(field)?.chars().take(LONGEST_NAME).collect::<String>());
+        let node = |graph: &Self| graph.index(handle(HandleKind::Node, "node_handle")?);
+        let timer = || handle(HandleKind::Timer, "timer_handle");
+        let subscription = || handle(HandleKind::Subscription, "subscription_handle");
+        let service = || handle(HandleKind::Service, "service_handle");
+        let group = || handle(HandleKind::Group, "callback_group_addr");
+        let collector = || handle(HandleKind::Executor, "entities_collector_addr");
+        let executor = || handle(HandleKind::Executor, "executor_addr");
+        match event.name {
+            b"rcl_node_init" => {
+                let (namespace, name) = (text("namespace")?, text("node_name")?);
+                self.handles.insert(handle(HandleKind::Node, "node_handle")?, self.nodes.len());
+                self.nodes.push(format!("{}/{name}", namespace.trim_end_matches('/')));
+            }
+            b"rcl_publisher_init" => {
+                let publisher = handle(HandleKind::Publisher, "publisher_handle")?;
+                let (node, topic) = (node(self), text("topic_name")?);
+                self.handles.insert(publisher, self.publishers.len());
+                self.publishers.push(Ros2Publisher { node, topic, ..Ros2Publisher::default() });
+            }
+            b"rcl_timer_init" => self.callback(timer()?, None, Ros2Release::Timer(event.number("period")?)),
+            b"rcl_subscription_init" => {
+                self.callback(subscription()?, node(self), Ros2Release::Subscription(text("topic_name")?));
+            }
+            b"rcl_service_init" => {
+                self.callback(service()?, node(self), Ros2Release::Service(text("service_name")?));
+            }
+            b"rclcpp_timer_link_node" => {
+                let (of, node) = (self.index(timer()?)?, node(self)?);
+                self.callbacks.get_mut(of)?.node = Some(node);
+            }
+            b"rclcpp_subscription_init" => {
+                self.same(handle(HandleKind::SubscriptionObject, "subscription")?, subscription()?)?;
+            }
+            b"rclcpp_timer_callback_added" => {
+                self.same(handle(HandleKind::Callback, "callback")?, timer()?)?
+            }
+            b"rclcpp_subscription_callback_added" => {
+                let object = handle(HandleKind::SubscriptionObject, "subscription")?;
+                self.same(handle(HandleKind::Callback, "callback")?, object)?;
+            }
+            b"rclcpp_service_callback_added" => {
+                self.same(handle(HandleKind::Callback, "callback")?, service()?)?;
+            }
+            b"rclcpp_callback_register" => {
+                let of = self.index(handle(HandleKind::Callback, "callback")?)?;
+                self.callbacks.get_mut(of)?.symbol = text("symbol")?;
+            }
+            b"construct_executor" | b"construct_static_executor" => {
+                let kind = text("executor_type_name")?;
+                let all = [executor(), collector()];
+                self.handles.extend(all.into_iter().flatten().map(|it| (it, self.executors.len())));
+                self.executors.push(kind);
+            }
+            b"executor_entity_collector_to_executor" => self.same(collector()?, executor()?)?,
+            b"add_callback_group"
+            | b"add_callback_group_static_executor"
+            | b"callback_group_to_executor_entity_collector" => {
+                let (kind, owner) = (text("group_type_name")?, executor().or_else(collector));
+                let group = self.group(group()?);
+                *self.groups.get_mut(group)? = Ros2Group { kind, owner };
+            }
+            b"callback_group_add_timer" => self.join(timer()?, group()?)?,
+            b"callback_group_add_subscription" => self.join(subscription()?, group()?)?,
+            b"callback_group_add_service" => self.join(service()?, group()?)?,
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn index(&self, handle: Handle) -> Option<usize> {
+        self.handles.get(&handle).copied()
+    }
+
+    /// Lets a handle be what another one is.
+    fn same(&mut self, new: Handle, known: Handle) -> Option<()> {
+        let of = self.index(known)?;
+        self.handles.insert(new, of);
+        Some(())
+    }
+
+    /// Enters a callback. What was made again at the same address is the same one.
+    fn callback(&mut self, handle: Handle, node: Option<usize>, release: Ros2Release) {
+        let known = self.index(handle).and_then(|it| self.callbacks.get(it));
+        if known.is_none_or(|it| it.release != release || node.is_some_and(|node| it.node != Some(node))) {
+            self.handles.insert(handle, self.callbacks.len());
+            self.callbacks.push(Ros2Callback { node, release, ..Ros2Callback::default() });
+        }
+    }
+
+    fn group(&mut self, handle: Handle) -> usize {
+        let next = self.groups.len();
+        let of = *self.handles.entry(handle).or_insert(next);
+        if of == next {
+            self.groups.push(Ros2Group::default());
+        }
+        of
+    }
+
+    fn join(&mut self, callback: Handle, group: Handle) -> Option<()> {
+        let of = self.index(callback)?;
+        let group = self.group(group);
+        self.callbacks.get_mut(of)?.group = Some(group);
+        Some(())
+    }
+
+    fn execution(
+        &mut self,
+        event: &Ros2Event<'_>,
+        thread: RecordedThread,
+        is_end: bool,
+    ) -> Option<CallbackEvent> {
+        let RecordedThread { origin, process, .. } = thread;
+        let handle =
+            Handle { kind: HandleKind::Callback, origin, process, address: event.number("callback")? };
+        let Some(callback) = self.index(handle) else {
+            self.unknown += u64::from(!is_end);
+            return None;
+        };
+        self.name(callback);
+        let now = self.clock_at(event, thread.thread);
+        if is_end {
+            let open = self.open.remove(&thread).filter(|open| open.callback == callback);
+            let begin = open.as_ref().map_or(event.time, |open| open.begin);
+            let used = now
+                .zip(open.as_ref().and_then(|open| open.used))
+                .and_then(|(now, then)| now.used.checked_sub(then));
+            self.callbacks.get_mut(callback)?.elapsed += u64::from(open.is_some() && used.is_none());
+            let used = used.unwrap_or(event.time.saturating_sub(begin));
+            return Some(CallbackEvent { callback, is_end, cpu_ns: begin.saturating_add(used) });
+        }
+        if self.open.len() >= MOST_THREADS {
+            self.open.clear();
+        }
+        let used = now.map(|it| it.used);
+        self.open
+            .insert(thread, OpenCallback { callback, begin: event.time, used, published: BTreeMap::new() });
+        let of = self.callbacks.get_mut(callback)?;
+        of.executions += 1;
+        of.priority = of.priority.max(now.and_then(|it| it.priority));
+        if of.threads.len() < MOST_OF_CALLBACK {
+            of.threads.insert(thread);
+        }
+        of.begins(event.time);
+        self.last_cpu = self.last_cpu.max(event.cpu);
+        Some(CallbackEvent { callback, is_end, cpu_ns: event.time })
+    }
+
+    fn publish(&mut self, event: &Ros2Event<'_>, thread: RecordedThread) -> Option<()> {
+        let RecordedThread { origin, process, .. } = thread;
+        let address = event.number("publisher_handle")?;
+        let publisher = self.index(Handle { kind: HandleKind::Publisher, origin, process, address })?;
+        let of = self.publishers.get_mut(publisher)?;
+        let open = self.open.get_mut(&thread).filter(|it| it.published.len() < MOST_OF_CALLBACK);
+        let callback = open.and_then(|open| {
+            let messages = open.published.entry(publisher).or_default();
+            *messages += 1;
+            Some((self.callbacks.get_mut(open.callback)?, *messages))
+        });
+        match callback {
+            Some((callback, messages)) => {
+                let of = callback.publishes.entry(publisher).or_default();
+                (of.all, of.most) = (of.all + 1, of.most.max(messages));
+            }
+            None => of.outside += 1,
+        }
+        Some(())
+    }
+
+    /// Names a callback, and those that were made before it and can be named: the order of executions gives no names.
+    fn name(&mut self, callback: usize) {
+        for of in self.callbacks.iter_mut().take(callback + 1).skip(self.named) {
+            let node = of.node.and_then(|it| self.nodes.get(it)).map_or("", String::as_str);
+            let base = callback_name(node, &of.release);
+            let numbered = (2..).map(|number| format!("{base}_{number}"));
+            let mut names = std::iter::once(base.clone()).chain(numbered);
+            of.name = names.find(|name| !self.names.contains(name)).unwrap_or_default();
+            self.names.insert(of.name.clone());
+        }
+        self.named = self.named.max(callback + 1);
+    }
+
+    /// Returns the number of a host.
+    fn host(&mut self, name: &[u8]) -> u32 {
+        if let Some(host) = self.hosts.get(name) {
+            return *host;
+        }
+        let next = u32::try_from(self.hosts.len()).unwrap_or(u32::MAX);
+        // More hosts have no CPU times.
+        if self.hosts.len() < MOST_OF_CALLBACK {
+            self.hosts.insert(name.to_owned(), next);
+        }
+        next
+    }
+
+    /// Takes the CPU from one thread, and gives it to another.
+    pub(super) fn switch(&mut self, event: &SwitchEvent<'_>) {
+        let host = self.host(event.host);
+        if self.clocks.len() >= MOST_THREADS || self.running.len() >= MOST_THREADS {
+            (self.clocks, self.running) = Default::default();
+            self.open.values_mut().for_each(|open| open.used = None);
+        }
+        if let Some(clock) = self.clocks.get_mut(&(host, event.previous))
+            && let Some(since) = clock.since.take()
+        {
+            clock.used = clock.used.saturating_add(event.time.saturating_sub(since));
+        }
+        let clock = self.clocks.entry((host, event.next)).or_default();
+        (clock.since, clock.priority) = (Some(event.time), Some(event.priority));
+        self.running.insert((host, event.cpu), event.next);
+    }
+
+    /// Returns the clock of a thread at its event; its `used` counts until now. `None` unless the scheduler says that the thread has this
+    /// CPU: within a container, its number is that of another thread outside.
+    fn clock_at(&mut self, event: &Ros2Event<'_>, thread: u64) -> Option<ThreadClock> {
+        let host = self.host(event.host());
+        self.running.get(&(host, event.cpu?)).filter(|it| **it == thread)?;
+        let clock = self.clocks.get(&(host, thread))?;
+        let used = clock.used.checked_add(event.time.checked_sub(clock.since?)?)?;
+        Some(ThreadClock { used, ..*clock })
+    }
+}
+
+impl Ros2Callback {
+    fn begins(&mut self, now: u64) {
+        if let Some(gap) = self.begins.back().map(|last| now.saturating_sub(*last)) {
+            self.least_gap = Some(self.least_gap.map_or(gap, |it| it.min(gap)));
+        }
+        let is_old = |it: &u64| now.saturating_sub(*it) >= 1_000_000_000;
+        while self.begins.len() >= MOST_OF_CALLBACK
+            || self.begins.len() > 1 && self.begins.front().is_some_and(is_old)
+        {
+            self.begins.pop_front();
+        }
+        self.begins.push_back(now);
+        let in_second = self.begins.iter().rev().take_while(|it| !is_old(it)).count();
+        self.in_second = self.in_second.max(in_second);
+    }
+}
+
+/// Returns an identifier for a callback.
+fn callback_name(node: &str, release: &Ros2Release) -> String {
+    let what = match release {
+        Ros2Release::Timer(period) => format!("timer_{}", short_time(*period)),
+        Ros2Release::Subscription(topic) => format!("on_{}", ros2_identifier(topic)),
+        Ros2Release::Service(name) => {
+            // Most services are named after their node.
+            format!("serve_{}", ros2_identifier(name.strip_prefix(node).unwrap_or(name)))
+        }
+        Ros2Release::Unknown => "callback".to_owned(),
+    };
+    match ros2_identifier(node).as_str() {
+        "" => what,
+        node => format!("{node}_{what}"),
+    }
+}
+
+/// Returns a name of ROS 2 as an identifier: `/arm/joint_states` is `arm_joint_states`.
+pub fn ros2_identifier(name: &str) -> String {
+    let name: String =
+        name.trim_matches('/').chars().map(|it| if it.is_ascii_alphanumeric() { it } else { '_' }).collect();
+    match name.starts_with(|first: char| first.is_ascii_digit()) {
+        true => format!("_{name}"),
+        false => name,
+    }
+}
+
+fn short_time(nanoseconds: u64) -> String {
+    for (unit, name) in [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")] {
+        if nanoseconds > 0 && nanoseconds.is_multiple_of(unit) {
+            return format!("{}{name}", nanoseconds / unit);
+        }
+    }
+    format!("{nanoseconds}ns")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use proptest::prelude::*;
+
+    use super::super::event::{BabeltraceLine, parse};
+    use super::super::{Span, SpanKind, SpanNames, Totals, TraceReader, Visitor};
+    use super::*;
+
+    /// The executions of codels, with their instance, begin and time.
+    #[derive(Default)]
+    struct Executions(Vec<(String, u64, u64)>);
+
+    impl Visitor for Executions {
+        fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
+            let name = names.get(span.name);
+            if name.kind == SpanKind::Codel {
+                assert_eq!(name.key, format!("ros.{}", name.instance));
+                self.0.push((name.instance.clone(), span.begin.unwrap() % 1_000_000_000, span.execution));
+            }
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// Writes an event as `babeltrace2` does: of process 7, and thread 7 unless `name` has another one behind `@`.
+    fn event(time: u64, name: &str, fields: &str) -> String {
+        let (name, thread) = name.split_once('@').unwrap_or((name, "7"));
+        let provider =
+            if name.contains("group") || name.contains("executor") { "ros2_caret" } else { "ros2" };
+        format!(
+            "[7.{time:09}] vm {provider}:{name}: {{ cpu_id = 1 }}, {{ vpid = 7, procname = \"n\", vtid = {thread} }}, {{ {fields} }}\n"
+        )
+    }
+
+    fn switch(time: u64, previous: u64, next: u64, priority: i32) -> String {
+        format!(
+            "[7.{time:09}] vm sched_switch: {{ cpu_id = 1 }}, {{ prev_comm = \"n\", prev_tid = {previous}, prev_prio = 20, \
+             prev_state = 0, next_comm = \"m\", next_tid = {next}, next_prio = {priority} }}\n"
+        )
+    }
+
+    fn read(text: &str) -> (Vec<(String, u64, u64)>, TraceReader, Totals) {
+        let (mut reader, mut found) = (TraceReader::default(), Executions::default());
+        reader.read_lines(text.as_bytes(), &mut found).unwrap();
+        let totals = reader.finish();
+        (found.0, reader, totals)
+    }
+
+    /// A node with a timer that publishes, and one that this reaches.
+    fn made() -> String {
+        [
+            event(1, "rcl_node_init", "node_handle = 0xA1, rmw_handle = 0x0, node_name = \"eye\", namespace = \"/arm\""),
+            event(2, "rcl_node_init", "node_handle = 0xA2, rmw_handle = 0x0, node_name = \"hand\", namespace = \"/\""),
+            event(3, "rcl_publisher_init", "publisher_handle = 0xB1, node_handle = 0xA1, rmw_publisher_handle = 0x0, topic_name = \"/seen\", queue_depth = 1"),
+            event(4, "rcl_timer_init", "timer_handle = 0xC1, period = 5000000"),
+            event(5, "rclcpp_timer_callback_added", "timer_handle = 0xC1, callback = 0xD1"),
+            event(6, "rclcpp_callback_register", "callback = 0xD1, symbol = \"Eye::look()\""),
+            event(7, "rclcpp_timer_link_node", "timer_handle = 0xC1, node_handle = 0xA1"),
+            event(8, "rcl_subscription_init", "subscription_handle = 0xC2, node_handle = 0xA2, rmw_subscription_handle = 0x0, topic_name = \"/seen\", queue_depth = 1"),
+            event(9, "rclcpp_subscription_init", "subscription_handle = 0xC2, subscription = 0xE2"),
+            event(10, "rclcpp_subscription_callback_added", "subscription = 0xE2, callback = 0xD2"),
+            event(11, "rcl_service_init", "service_handle = 0xC3, node_handle = 0xA2, rmw_service_handle = 0x0, service_name = \"/hand/open\""),
+            event(12, "rclcpp_service_callback_added", "service_handle = 0xC3, callback = 0xD3"),
+            event(13, "construct_executor", "executor_addr = 0xF1, executor_type_name = \"single_threaded_executor\""),
+            event(14, "callback_group_add_timer", "callback_group_addr = 0xF2, timer_handle = 0xC1"),
+            event(15, "add_callback_group", "executor_addr = 0xF1, callback_group_addr = 0xF2, group_type_name = \"mutually_exclusive\""),
+        ]
+        .concat()
+    }
+
+    fn start(time: u64, callback: u64) -> String {
+        event(time, "callback_start", &format!("callback = 0xD{callback}, is_intra_process = 0"))
+    }
+
+    fn end(time: u64, callback: u64) -> String {
+        event(time, "callback_end", &format!("callback = 0xD{callback}"))
+    }
+
+    #[test]
+    fn callbacks_have_their_nodes_and_what_they_publish() {
+        let publish =
+            |time| event(time, "rcl_publish", "publisher_handle = 0xB1, message = 0x1, timestamp = 5");
+        let text = made()
+            + &[
+                start(100, 2),
+                end(130, 2),
+                start(200, 1),
+                publish(240),
+                publish(245),
+                end(250, 1),
+                publish(300),
+            ]
+            .concat()
+            + &[start(5200, 1), publish(5230), end(5270, 1), start(6000, 9), end(6100, 9)].concat();
+        let (found, reader, totals) = read(&text);
+        let of = |name: &str, begin, time| (name.to_owned(), begin, time);
+        assert_eq!(
+            found,
+            [
+                of("hand_on_seen", 100, 30),
+                of("arm_eye_timer_5ms", 200, 50),
+                of("arm_eye_timer_5ms", 5200, 70)
+            ]
+        );
+        let graph = reader.ros2();
+        assert_eq!(graph.nodes, ["/arm/eye", "/hand"]);
+        let [eye, hand, open] = &graph.callbacks[..] else { panic!() };
+        assert_eq!((eye.node, eye.group, eye.symbol.as_str()), (Some(0), Some(0), "Eye::look()"));
+        let messages = BTreeMap::from([(0, Ros2Messages { all: 3, most: 2 })]);
+        assert_eq!((&eye.publishes, eye.executions, eye.elapsed), (&messages, 2, 2));
+        assert_eq!((eye.least_gap, eye.priority, eye.threads.len()), (Some(5000), None, 1));
+        assert_eq!(
+            (hand.node, hand.group, &hand.release),
+            (Some(1), None, &Ros2Release::Subscription("/seen".to_owned()))
+        );
+        // It never executed.
+        assert_eq!((open.name.as_str(), open.executions), ("", 0));
+        assert_eq!((graph.publishers[0].outside, eye.in_second, graph.last_cpu), (1, 2, Some(1)));
+        assert_eq!((graph.unknown, graph.executors.len(), graph.executor_of(0)), (1, 1, Some(0)));
+        assert_eq!(graph.groups[0].kind, "mutually_exclusive");
+        assert_eq!((totals.events, totals.spans, totals.unbalanced), (6, 6, 0));
+    }
+
+    /// Other threads execute meanwhile: the CPU time is less.
+    #[test]
+    fn the_scheduler_says_the_cpu_time() {
+        let text = [
+            &made(),
+            &switch(90, 1, 7, -41),
+            &start(100, 1),
+            &switch(120, 7, 3, 20),
+            &switch(150, 3, 7, -41),
+            &end(160, 1),
+        ];
+        let text = text.map(String::as_str).concat();
+        let (found, reader, _) = read(&text);
+        assert_eq!(found, [("arm_eye_timer_5ms".to_owned(), 100, 30)]);
+        assert_eq!((reader.ros2().callbacks[0].elapsed, reader.ros2().callbacks[0].priority), (0, Some(40)));
+        // In a container, a thread outside has the number 7: it is on another CPU, or has none.
+        for other in [
+            text.replace("sched_switch: { cpu_id = 1 }", "sched_switch: { cpu_id = 0 }"),
+            text.replace("[7.000000090]", "[7.000000190]"),
+        ] {
+            let (found, reader, _) = read(&other);
+            assert_eq!(found, [("arm_eye_timer_5ms".to_owned(), 100, 60)]);
+            assert_eq!(reader.ros2().callbacks[0].elapsed, 1);
+        }
+    }
+
+    #[test]
+    fn names_depend_on_what_was_made_first() {
+        for (node, release, name) in [
+            ("/arm/eye", Ros2Release::Timer(33_333_333), "arm_eye_timer_33333333ns"),
+            ("/eye", Ros2Release::Timer(2_500_000), "eye_timer_2500us"),
+            ("/eye", Ros2Release::Timer(0), "eye_timer_0ns"),
+            ("/eye", Ros2Release::Subscription("/a/b-c".to_owned()), "eye_on_a_b_c"),
+            ("/eye", Ros2Release::Service("/eye/get".to_owned()), "eye_serve_get"),
+            ("", Ros2Release::Unknown, "callback"),
+            ("/3d", Ros2Release::Unknown, "_3d_callback"),
+        ] {
+            assert_eq!(callback_name(node, &release), name);
+        }
+        // The second timer of this period executes first.
+        let second = event(16, "rcl_timer_init", "timer_handle = 0xC5, period = 5000000")
+            + &event(17, "rclcpp_timer_callback_added", "timer_handle = 0xC5, callback = 0xD5")
+            + &event(18, "rclcpp_timer_link_node", "timer_handle = 0xC5, node_handle = 0xA1");
+        let (found, ..) =
+            read(&(made() + &second + &[start(20, 5), end(21, 5), start(30, 1), end(32, 1)].concat()));
+        let names: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
+        assert_eq!(names, ["arm_eye_timer_5ms_2", "arm_eye_timer_5ms"]);
+    }
+
+    #[test]
+    fn executors_of_later_versions_collect_their_groups() {
+        let text = event(
+            1,
+            "callback_group_to_executor_entity_collector",
+            "entities_collector_addr = 0x1, callback_group_addr = 0x2, group_type_name = \"reentrant\"",
+        ) + &event(
+            2,
+            "construct_executor",
+            "executor_addr = 0x3, executor_type_name = \"multi_threaded_executor\"",
+        ) + &event(
+            3,
+            "executor_entity_collector_to_executor",
+            "executor_addr = 0x3, entities_collector_addr = 0x1",
+        );
+        let (_, reader, _) = read(&text);
+        assert_eq!(reader.ros2().executor_of(0), Some(0));
+    }
+
+    proptest! {
+        /// Whatever fields are missing, or twice.
+        #[test]
+        fn any_order_of_events_is_read(picks in proptest::collection::vec((0..24_usize, 0..4_u64), 0..60)) {
+            let all = made() + &[start(20, 1), start(21, 2), end(22, 1), end(23, 2), switch(24, 7, 7, -2), switch(25, 0, 1, 0)].concat();
+            let lines: Vec<&str> = all.lines().collect();
+            let text: String = picks.iter().map(|(line, thread)| {
+                let line = lines[line % lines.len()].replace("vtid = 7", &format!("vtid = {}", 6 + thread));
+                line + "\n"
+            }).collect();
+            for (name, _, time) in read(&text).0 {
+                prop_assert!(!name.is_empty() && time < 1_000, "{name}: {time} in {text}");
+            }
+        }
+    }
+
+    #[test]
+    fn memory_is_bounded() {
+        let mut reader = TraceReader::default();
+        let text: String = (0..MOST_ENTITIES as u64 + 2)
+            .map(|it| event(it, "rcl_timer_init", &format!("timer_handle = {it}, period = 1")))
+            .collect();
+        let result = reader.read_lines(text.as_bytes(), &mut Executions::default());
+        assert!(matches!(result, Err(TraceError::TooManyNames)));
+        let line = "[7.000000001] vm ros2:callback_start: { cpu_id = 1 }, { }, { callback = 0xD1 }";
+        assert_eq!(parse(line.as_bytes()), BabeltraceLine::WithoutThread);
+    }
+}

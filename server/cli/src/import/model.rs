@@ -1,0 +1,417 @@
+//! The files of an imported system: a component for each callback, connections for what they publish, and a deployment.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use mauve_pwcet::trace::{ROS2_LIBRARY, Ros2Callback, Ros2Release, ros2_identifier};
+
+use super::{OBSERVED, System, released_by, unknown};
+
+/// The most writes of a port in one execution: more are a loop.
+const MOST_WRITES: u64 = 16;
+
+/// Returns the files of a project, with their names.
+pub(super) fn files(system: &System<'_>) -> [(&'static str, String); 4] {
+    [
+        ("mauve.toml", configuration(system)),
+        ("system.mal", Model::of(system).text()),
+        ("timing.toml", times(system)),
+        ("README.md", about(system)),
+    ]
+}
+
+fn configuration(system: &System<'_>) -> String {
+    let cpus = system.graph.last_cpu.map_or(1, |it| it.min(127) + 1);
+    format!(
+        r#"# A system of ROS 2: see README.md.
+
+[project]
+root = "system.mal"
+
+[timing]
+tables = ["timing.toml"]
+observed = ["{OBSERVED}"]
+
+# Callbacks began on these.
+[platform]
+cpus = {cpus}
+
+# What the topics carry: a recording does not say it.
+[types.Message]
+cpp = "std::vector<unsigned char>"
+header = "vector"
+"#
+    )
+}
+
+fn about(system: &System<'_>) -> String {
+    let mut text = "# A system of ROS 2, from a recording\n\n".to_owned();
+    for line in unknown::lines(system) {
+        let _ = writeln!(text, "- {line}");
+    }
+    text + "\n`system.mal` says at each activity what is assumed. Another `mauve import` adds executions, and keeps these files.\n"
+}
+
+fn times(system: &System<'_>) -> String {
+    let mut text = "# Observed, not proved: the greatest times of a recording. `mauve pwcet` computes bounds from its executions.\n\
+                    unit = \"us\"\n\n[codel]\n"
+        .to_owned();
+    for (_, callback, times) in system.executed() {
+        let (whole, part) = (times.greatest / 1000, times.greatest % 1000);
+        let of = if callback.elapsed > 0 { "elapsed" } else { "CPU time" };
+        let (name, count) = (&callback.name, times.count);
+        let _ =
+            writeln!(text, "\"{ROS2_LIBRARY}.{name}\" = {whole}.{part:03}  # {of}, the greatest of {count}");
+    }
+    text
+}
+
+/// A component of the model.
+struct Part<'a> {
+    callback: &'a Ros2Callback,
+    component: String,
+    /// The input ports, with what they are connected to.
+    inputs: Vec<(String, PartSource)>,
+    /// The output ports, with their topics and the number of writes.
+    outputs: Vec<(String, &'a str, u64)>,
+    /// The deadline in nanoseconds: of a timer its period, which it passes on to what it releases; 0 if it is unknown.
+    deadline: u64,
+    thread: Option<String>,
+}
+
+/// An output port.
+struct PartSource {
+    /// The part that has it; `None` for [`OUTSIDE`].
+    part: Option<usize>,
+    port: String,
+}
+
+/// The instance that writes what no callback of the recording publishes, and its component.
+const OUTSIDE: [&str; 2] = ["outside", "Outside"];
+
+/// Its port for requests, and for what the recording does not say.
+const REQUESTS: &str = "requests";
+
+struct Model<'a> {
+    parts: Vec<Part<'a>>,
+    /// The ports of [`OUTSIDE`].
+    outside: BTreeSet<String>,
+    system: &'a System<'a>,
+}
+
+impl<'a> Model<'a> {
+    fn of(system: &'a System<'a>) -> Model<'a> {
+        let mut names = BTreeSet::from([OUTSIDE[1].to_owned()]);
+        let mut parts: Vec<Part<'a>> = Vec::new();
+        for (_, callback, _) in system.executed() {
+            let mut outputs: Vec<(String, &str, u64)> = Vec::new();
+            for (publisher, messages) in &callback.publishes {
+                let Some(publisher) = system.graph.publishers.get(*publisher) else { continue };
+                let is_known = |it: &str| outputs.iter().any(|of| of.0 == it);
+                let name = unique(&ros2_identifier(&publisher.topic), is_known);
+                outputs.push((name, &publisher.topic, messages.most));
+            }
+            let component = unique(&camel_case(&callback.name), |it| names.contains(it));
+            names.insert(component.clone());
+            parts.push(Part { callback, component, inputs: Vec::new(), outputs, deadline: 0, thread: None });
+        }
+        let inputs: Vec<_> = parts.iter().map(|it| it.inputs_from(&parts, system)).collect();
+        parts.iter_mut().zip(inputs).for_each(|(part, inputs)| part.inputs = inputs);
+        let all = parts.iter().flat_map(|it| &it.inputs);
+        let outside = all.filter(|it| it.1.part.is_none()).map(|it| it.1.port.clone()).collect();
+        let mut model = Model { parts, outside, system };
+        model.set_deadlines();
+        model.set_threads();
+        model
+    }
+
+    fn set_deadlines(&mut self) {
+        let own = |part: &Part<'_>| match part.callback.release {
+            Ros2Release::Timer(period) => period,
+            _ if part.has_outside() => part.seen().0,
+            _ => 0,
+        };
+        let mut known: Vec<u64> = self.parts.iter().map(own).collect();
+        for _ in 0..self.parts.len() {
+            let next = |(part, own): (&Part<'_>, &u64)| {
+                let of = part.inputs.iter().filter_map(|it| known.get(it.1.part?)).filter(|it| **it > 0);
+                if *own > 0 { *own } else { of.min().copied().unwrap_or(0) }
+            };
+            let next: Vec<u64> = self.parts.iter().zip(&known).map(next).collect();
+            if next == known {
+                break;
+            }
+            known = next;
+        }
+        self.parts.iter_mut().zip(known).for_each(|(part, deadline)| part.deadline = deadline);
+    }
+
+    /// Callbacks of one group, or of one executor with a single thread, have one thread.
+    fn set_threads(&mut self) {
+        let graph = self.system.graph;
+        let mut threads: BTreeMap<(bool, usize), Vec<usize>> = BTreeMap::new();
+        for (place, part) in self.parts.iter().enumerate() {
+            let Some(group) = part.callback.group else { continue };
+            let executor = graph.executor_of(group);
+            let kind = executor.and_then(|it| graph.executors.get(it)).map_or("", String::as_str);
+            let has_one = kind.contains("single_threaded") || kind.contains("static");
+            let key = executor.filter(|_| has_one).map_or((false, group), |executor| (true, executor));
+            threads.entry(key).or_default().push(place);
+        }
+        let mut names = BTreeSet::new();
+        for places in threads.values().filter(|it| it.len() > 1) {
+            let of = |place: &usize| self.parts.get(*place).and_then(|it| graph.nodes.get(it.callback.node?));
+            let node = places.first().and_then(of).map_or("thread", String::as_str);
+            let name = unique(&ros2_identifier(node), |it| names.contains(it));
+            names.insert(name.clone());
+            for place in places {
+                if let Some(part) = self.parts.get_mut(*place) {
+                    part.thread = Some(name.clone());
+                }
+            }
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text =
+            format!("// A system of ROS 2, from a recording: see README.md.\n\nlibrary {ROS2_LIBRARY} {{\n");
+        for part in &self.parts {
+            part.write(&mut text, self.system);
+        }
+        let [outside, component] = OUTSIDE;
+        if !self.outside.is_empty() {
+            let ports = self.outside.iter().map(|it| format!("output port {it}: Message"));
+            let writes = self.outside.iter().map(|it| format!("write({it}, data);"));
+            let [ports, writes] =
+                [ports.collect::<Vec<_>>().join("  "), writes.collect::<Vec<_>>().join(" ")];
+            let _ = writeln!(
+                text,
+                "  // What no callback of the recording publishes or requests.\n  shell {component}Shell {{ {ports} }}\n  \
+                 core {component}Core({component}Shell) {{ var data: Message  update = {{ {writes} }} }}\n  \
+                 component {component}({component}Shell, {component}Core)\n"
+            );
+        }
+        text += "  architecture System {\n";
+        for part in &self.parts {
+            let _ = writeln!(text, "    instance {}: {}", part.callback.name, part.component);
+        }
+        if !self.outside.is_empty() {
+            let _ = writeln!(text, "    instance {outside}: {component}");
+        }
+        text.push('\n');
+        for part in &self.parts {
+            for (port, source) in &part.inputs {
+                let from =
+                    source.part.and_then(|it| self.parts.get(it)).map_or(outside, |it| &it.callback.name);
+                let _ =
+                    writeln!(text, "    connection {from}.{} -> {}.{port}", source.port, part.callback.name);
+            }
+        }
+        text += "  }\n";
+        let is_background = |part: &Part<'_>| part.callback.priority.unwrap_or(0) == 0;
+        self.deployment(&mut text, "Recorded", "The priorities of the recording.", |part| {
+            part.callback.priority.unwrap_or(0)
+        });
+        if self.parts.iter().any(is_background) {
+            let what = "A thread with a priority for each callback group: `mauve tune` searches for better priorities, and for CPUs.";
+            let ranks = self.ranks();
+            self.deployment(&mut text, "Isolated", what, |part| {
+                ranks.get(part.thread_name()).copied().unwrap_or(1)
+            });
+        }
+        text + "}\n"
+    }
+
+    /// Returns a priority for each thread: the shorter its deadlines, the higher.
+    fn ranks(&self) -> BTreeMap<&str, u32> {
+        let mut deadlines: BTreeMap<&str, u64> = BTreeMap::new();
+        for part in &self.parts {
+            let of = deadlines.entry(part.thread_name()).or_insert(u64::MAX);
+            *of = (*of).min(if part.deadline > 0 { part.deadline } else { u64::MAX });
+        }
+        let mut all: Vec<(&str, u64)> = deadlines.into_iter().collect();
+        all.sort_by_key(|it| std::cmp::Reverse(it.1));
+        all.into_iter().zip(1..).map(|((name, _), rank)| (name, rank.min(98))).collect()
+    }
+
+    fn deployment(&self, text: &mut String, name: &str, what: &str, priority: impl Fn(&Part<'_>) -> u32) {
+        let _ = writeln!(text, "\n  // {what}\n  deployment {name} {{\n    architecture System");
+        for part in &self.parts {
+            let mates = self.parts.iter().filter(|it| it.thread_name() == part.thread_name());
+            *text += &part.activity(mates.map(&priority).max().unwrap_or(0));
+        }
+        if !self.outside.is_empty() {
+            let _ = writeln!(text, "    activity {} {{ priority = background }}", OUTSIDE[0]);
+        }
+        *text += "  }\n";
+    }
+}
+
+impl<'a> Part<'a> {
+    /// Returns an input for each output of its topic, and for what comes from elsewhere.
+    fn inputs_from(&self, all: &[Part<'a>], system: &System<'_>) -> Vec<(String, PartSource)> {
+        let mut inputs: Vec<(String, PartSource)> = Vec::new();
+        let topic = match &self.callback.release {
+            Ros2Release::Timer(_) => return inputs,
+            Ros2Release::Subscription(topic) => topic.as_str(),
+            Ros2Release::Service(_) | Ros2Release::Unknown => REQUESTS,
+        };
+        let mut add = |part: Option<usize>, port: &str| {
+            let is_known = |it: &str| {
+                inputs.iter().any(|input| input.0 == it) || self.outputs.iter().any(|of| of.0 == it)
+            };
+            let name = unique(&ros2_identifier(topic), is_known);
+            inputs.push((name, PartSource { part, port: port.to_owned() }));
+        };
+        for (from, part) in all.iter().enumerate() {
+            part.outputs.iter().filter(|it| it.1 == topic).for_each(|it| add(Some(from), &it.0));
+        }
+        if !system.knows_writers(self.callback) {
+            add(None, &ros2_identifier(topic));
+        }
+        inputs
+    }
+
+    /// Whether something that the recording does not have releases it.
+    fn has_outside(&self) -> bool {
+        self.inputs.iter().any(|it| it.1.part.is_none())
+    }
+
+    /// Returns the least distance and the burst that the recording shows: regular begins have no burst.
+    fn seen(&self) -> (u64, u64) {
+        let Ros2Callback { least_gap, in_second, .. } = self.callback;
+        let second = 1_000_000_000;
+        match least_gap {
+            // So many in a second that they are counted one by one, or hardly more than their least distance allows.
+            Some(gap) if *in_second >= 256 || *in_second as u64 * gap * 2 > second => ((*gap).max(1), 1),
+            _ => (second, (*in_second).max(1) as u64),
+        }
+    }
+
+    /// The name of its thread.
+    fn thread_name(&self) -> &str {
+        self.thread.as_deref().unwrap_or(&self.callback.name)
+    }
+
+    fn activity(&self, priority: u32) -> String {
+        let name = &self.callback.name;
+        if priority == 0 {
+            return format!("    activity {name} {{ priority = background }}\n");
+        }
+        let mut text = format!("    activity {name} {{");
+        if let Some(thread) = &self.thread {
+            let _ = write!(text, " thread = {thread}  order = any ");
+        }
+        let _ = write!(text, " priority = {priority}");
+        if let Ros2Release::Timer(period) = self.callback.release {
+            let _ = writeln!(text, "  period = {} }}", milliseconds(period.max(1)));
+            return text;
+        }
+        let ports: Vec<&str> = self.inputs.iter().map(|it| it.0.as_str()).collect();
+        match ports.as_slice() {
+            [port] => _ = write!(text, "  trigger = {port}"),
+            ports => _ = write!(text, "  trigger = any [{}]", ports.join(", ")),
+        }
+        let (least, burst) = match self.has_outside() {
+            true => self.seen(),
+            // Messages are a little closer together than the timer's period.
+            false => {
+                let most = (self.deadline / 10 * 9).max(1_000);
+                (three_digits(self.callback.least_gap.unwrap_or(most).clamp(1_000, most)), 1)
+            }
+        };
+        let _ = write!(text, "  least = {}", milliseconds(least));
+        if burst > 1 {
+            let _ = write!(text, "  burst = {burst}");
+        }
+        if self.deadline > 0 && self.deadline != least {
+            let _ = write!(text, "  deadline = {}", milliseconds(self.deadline));
+        }
+        let assumed = if burst > 1 { "`least` and `burst` are" } else { "`least` is" };
+        let _ = writeln!(text, " }}  // {assumed} assumed, by the recording.");
+        text
+    }
+
+    /// Writes its codel, shell, core and component.
+    fn write(&self, text: &mut String, system: &System<'_>) {
+        let Part { callback, component, inputs, outputs, .. } = self;
+        let name = &callback.name;
+        let node = callback.node.and_then(|it| system.graph.nodes.get(it));
+        let node = node.map_or("an unknown node", String::as_str);
+        let _ = writeln!(text, "  // {}: {}", comment(node), comment(&released_by(&callback.release)));
+        if !callback.symbol.is_empty() {
+            let _ = writeln!(text, "  // {}", comment(&callback.symbol));
+        }
+        for (publisher, messages) in &callback.publishes {
+            let topic = system.graph.publishers.get(*publisher).map_or("", |it| it.topic.as_str());
+            if messages.all < callback.executions {
+                let (topic, all, of) = (comment(topic), messages.all, callback.executions);
+                let _ = writeln!(
+                    text,
+                    "  // {of} executions published {all} messages of {topic}; here, each publishes."
+                );
+            }
+        }
+        let ins = inputs.iter().map(|it| format!("in {}: Message", it.0));
+        let outs = outputs.iter().map(|it| format!("out {}: Message", it.0));
+        let _ = writeln!(text, "  codel {name}({}): void", ins.chain(outs).collect::<Vec<_>>().join(", "));
+        let ports = inputs.iter().map(|it| format!("input port {}: Message", it.0));
+        let ports = ports.chain(outputs.iter().map(|it| format!("output port {}: Message", it.0)));
+        let ports: Vec<String> = ports.collect();
+        let _ = writeln!(text, "  shell {component}Shell {{ {} }}", ports.join("  "));
+        let _ = writeln!(text, "  core {component}Core({component}Shell) {{");
+        let variable = |port: &str| format!("{port}_data");
+        let all = inputs.iter().map(|it| &it.0).chain(outputs.iter().map(|it| &it.0));
+        let variables: Vec<String> = all.map(|it| variable(it)).collect();
+        for variable in &variables {
+            let _ = writeln!(text, "    var {variable}: Message");
+        }
+        let reads = inputs.iter().map(|it| format!("read({}, {});", it.0, variable(&it.0)));
+        let call = format!("{name}({});", variables.join(", "));
+        let writes = outputs.iter().flat_map(|(port, _, most)| {
+            let times = usize::try_from((*most).clamp(1, MOST_WRITES)).unwrap_or(1);
+            std::iter::repeat_n(format!("write({port}, {});", variable(port)), times)
+        });
+        let statements: Vec<String> = reads.chain([call]).chain(writes).collect();
+        let _ = writeln!(text, "    update = {{ {} }}\n  }}", statements.join(" "));
+        let _ = writeln!(text, "  component {component}({component}Shell, {component}Core)\n");
+    }
+}
+
+/// Returns a name that is not known yet: the name itself, or the first one with a number.
+fn unique(name: &str, is_known: impl Fn(&str) -> bool) -> String {
+    let numbered = (2..).map(|number| format!("{name}_{number}"));
+    std::iter::once(name.to_owned()).chain(numbered).find(|it| !is_known(it)).unwrap_or_default()
+}
+
+fn camel_case(name: &str) -> String {
+    let word = |word: &str| {
+        let mut letters = word.chars();
+        letters.next().map(|first| first.to_ascii_uppercase().to_string() + letters.as_str())
+    };
+    let name: String = name.split('_').filter_map(word).collect();
+    if name.starts_with(|first: char| first.is_ascii_digit()) { format!("_{name}") } else { name }
+}
+
+/// Returns a text for a comment of one line.
+fn comment(text: &str) -> String {
+    text.chars().map(|it| if it.is_control() { ' ' } else { it }).take(120).collect()
+}
+
+/// Rounds down to three digits.
+fn three_digits(nanoseconds: u64) -> u64 {
+    let mut unit = 1;
+    while nanoseconds / unit >= 1000 {
+        unit *= 10;
+    }
+    nanoseconds / unit * unit
+}
+
+/// Writes a time in milliseconds, exactly.
+fn milliseconds(nanoseconds: u64) -> String {
+    let (whole, part) = (nanoseconds / 1_000_000, nanoseconds % 1_000_000);
+    match part {
+        0 => whole.to_string(),
+        _ => format!("{whole}.{part:06}").trim_end_matches('0').to_owned(),
+    }
+}

@@ -1,0 +1,89 @@
+//! What a recording does not say, and what the figures of an import are: lines for a terminal and for the project.
+
+use mauve_pwcet::trace::Ros2Release;
+
+use super::System;
+use crate::text::counted;
+
+/// Returns a line for each thing that is not known.
+pub(super) fn lines(system: &System<'_>) -> Vec<String> {
+    let graph = system.graph;
+    let mut lines = Vec::new();
+    lines.push(match system.has_elapsed() {
+        true => "times are elapsed ones, from begin to end, with what preempted the thread meanwhile: the recording lacks the events \
+                 sched_switch of these threads. They are observed, not proved"
+            .to_owned(),
+        false => "times are CPU times of the threads, by the events sched_switch. They are observed, not proved".to_owned(),
+    });
+    let shared = groups_without_threads(system);
+    if shared > 0 {
+        lines.push(format!(
+            "not analysed as it is: {} of a multi-threaded executor: any of its threads executes their callbacks. The project gives \
+             each group a thread, as the callback-isolated executor does",
+            counted(shared, "callback group"),
+        ));
+    }
+    let count = |is_counted: &dyn Fn(&Ros2Release, Option<u32>) -> bool| {
+        system.executed().filter(|(_, it, _)| is_counted(&it.release, it.priority)).count()
+    };
+    let background = count(&|_, priority| priority.unwrap_or(0) == 0);
+    if background > 0 {
+        lines.push(format!(
+            "{} without a known real-time priority: `background` in the project, which has no bound; `mauve tune` searches for \
+             priorities",
+            counted(background, "callback"),
+        ));
+    }
+    let services = count(&|release, _| matches!(release, Ros2Release::Service(_)));
+    if services > 0 {
+        lines.push(format!(
+            "assumed: requests of {} come no closer together than in the recording",
+            counted(services, "service")
+        ));
+    }
+    let topics: Vec<String> = system
+        .executed()
+        .filter_map(|(_, it, _)| match &it.release {
+            Ros2Release::Subscription(topic) if !system.knows_writers(it) => Some(topic.clone()),
+            _ => None,
+        })
+        .collect();
+    if !topics.is_empty() {
+        let mut topics = topics;
+        topics.sort_unstable();
+        topics.dedup();
+        lines.push(format!(
+            "assumed: messages of {} come no closer together than in the recording: not all of them are published by its callbacks",
+            topics.join(", "),
+        ));
+    }
+    let idle = graph.callbacks.iter().filter(|it| it.executions == 0).count();
+    if idle > 0 {
+        lines.push(format!(
+            "not in the project: {} that the recording never executed",
+            counted(idle, "callback")
+        ));
+    }
+    let cut = graph.callbacks.iter().filter(|it| it.executions > 0 && !system.times.contains_key(&it.name));
+    let cut: Vec<&str> = cut.map(|it| it.name.as_str()).collect();
+    if !cut.is_empty() {
+        lines.push(format!("not in the project: {}, of which no execution is complete", cut.join(", ")));
+    }
+    if graph.unknown > 0 {
+        lines.push(format!(
+            "not in the project: {} of callbacks that were made before the recording began. Start it before the nodes",
+            counted(usize::try_from(graph.unknown).unwrap_or(usize::MAX), "execution"),
+        ));
+    }
+    lines
+}
+
+/// Returns how many groups with an executed callback have an executor with several threads.
+fn groups_without_threads(system: &System<'_>) -> usize {
+    let graph = system.graph;
+    let mut groups: Vec<usize> = system.executed().filter_map(|(_, it, _)| it.group).collect();
+    groups.sort_unstable();
+    groups.dedup();
+    let of = |group: &usize| graph.executors.get(graph.executor_of(*group)?);
+    groups.iter().filter_map(of).filter(|it| it.contains("multi_threaded")).count()
+}
