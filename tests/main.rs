@@ -12,6 +12,7 @@
 //! | [`generated_code`] | builds of generated packages, as a user builds them |
 //! | [`generated_machines`] | random components, compared with an interpreter of their models |
 //! | [`habits`] | what other programs do to a project while somebody types |
+//! | [`import`] | callbacks of ROS 2 that LTTng records, as a project |
 //! | [`lsp`] | the language server over its standard streams |
 //! | [`measured_loop`] | from a recorded robot to its response times |
 //! | [`orocos_deployer`] | a deployment in the deployer of a real Orocos |
@@ -43,6 +44,8 @@ mod generate_races;
 mod generated_code;
 mod generated_machines;
 mod habits;
+#[cfg(target_os = "linux")]
+mod import;
 mod lsp;
 #[cfg(target_os = "linux")]
 mod measured_loop;

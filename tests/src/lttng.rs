@@ -114,14 +114,21 @@ impl Recorder {
 
     /// Begins a session that records all events of MAUVE, with their threads.
     pub fn record(&mut self) {
+        self.record_events("mauve*", &["vtid"]);
+    }
+
+    /// Begins a session that records these events, each with contexts.
+    pub fn record_events(&mut self, events: &str, contexts: &[&str]) {
         self.sessions += 1;
         let output = format!("--output={}", self.output().display());
         self.must(&["create", "mauve", &output]);
         // A program with LTTNG_UST_ALLOW_BLOCKING waits where a buffer is full.
         let waits = "--blocking-timeout=inf";
         self.must(&["enable-channel", "-u", "--subbuf-size=4M", "--num-subbuf=4", waits, "events"]);
-        self.must(&["add-context", "-u", "-c", "events", "-t", "vtid"]);
-        self.must(&["enable-event", "-u", "-c", "events", "mauve*"]);
+        for context in contexts {
+            self.must(&["add-context", "-u", "-c", "events", "-t", context]);
+        }
+        self.must(&["enable-event", "-u", "-c", "events", events]);
         self.must(&["start"]);
     }
 

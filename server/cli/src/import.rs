@@ -47,35 +47,48 @@ impl Import {
             return Err(format!("{}: no callback of ROS 2 was executed in it", self.recordings[0].display()));
         }
         let mut text = system.table() + &system.summary();
+        let mut code = 0;
         if let Some(folder) = &self.output {
-            text += &self.written(folder, &system)?;
+            text += &written(folder, &system)?;
+            match import_recordings(&self.recordings, &folder.join(SAMPLES)) {
+                Ok(_) => text += &next(folder),
+                Err(message) => {
+                    say(&message);
+                    code = 2;
+                }
+            }
         } else {
             text += "Next: -o DIR writes a project with these callbacks, which the other commands and the editors understand\n";
         }
-        Ok(Output::escaped(wrapped(&text), 0))
+        Ok(Output::escaped(wrapped(&text), code))
     }
+}
 
-    /// Writes the files that a folder does not have, and adds the executions to its sample file. Returns what to print.
-    fn written(&self, folder: &Path, system: &System<'_>) -> Result<String, String> {
-        let failed = |error: std::io::Error| format!("cannot create `{}`: {error}", folder.display());
-        std::fs::create_dir_all(destination_folder(folder)?).map_err(failed)?;
-        let mut text = String::new();
-        for (name, content) in model::files(system) {
-            let path = folder.join(name);
-            let place = destination(&path)?;
-            if place.exists() {
-                text += &format!("kept {}\n", path.display());
-                continue;
-            }
-            create(&place, &content)
-                .map_err(|error| format!("cannot write `{}`: {error}", path.display()))?;
-            text += &format!("wrote {}\n", path.display());
+/// Writes the files that a folder does not have. Returns what to print.
+fn written(folder: &Path, system: &System<'_>) -> Result<String, String> {
+    let failed = |error: std::io::Error| format!("cannot create `{}`: {error}", folder.display());
+    std::fs::create_dir_all(destination_folder(folder)?).map_err(failed)?;
+    let mut text = String::new();
+    for (name, content) in model::files(system) {
+        let path = folder.join(name);
+        let place = destination(&path)?;
+        if place.exists() {
+            text += &format!("kept {}\n", path.display());
+            continue;
         }
-        import_recordings(&self.recordings, &folder.join(SAMPLES))?;
-        let of = argument(folder);
-        text += &format!("added the executions to {}\n", folder.join(SAMPLES).display());
-        Ok(text + &format!("Next: mauve check {of}; mauve tune --priorities --cpus {of}\n"))
+        create(&place, &content).map_err(|error| format!("cannot write `{}`: {error}", path.display()))?;
+        text += &format!("wrote {}\n", path.display());
     }
+    Ok(text)
+}
+
+/// Says what to do with a project.
+fn next(folder: &Path) -> String {
+    let (of, samples) = (argument(folder), folder.join(SAMPLES));
+    format!(
+        "added the executions to {}\nNext: mauve check {of}; mauve tune --priorities --cpus {of}\n",
+        samples.display()
+    )
 }
 
 /// What was recorded.

@@ -1,0 +1,112 @@
+//! Records a program with the events of ROS 2, imports it, and compares the project with what the program says.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use mauve_pwcet::samples::Samples;
+use mauve_tests::orocos::{COMPILERS, run};
+use mauve_tests::{Recorder, mauve, own_scratch};
+
+const BINARY: &str = env!("CARGO_BIN_EXE_mauve");
+
+fn source(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/import").join(name)
+}
+
+/// Returns the executions in the order of the program, by its names.
+fn executions(out: &str) -> BTreeMap<String, Vec<u64>> {
+    let mut all: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+    for line in out.lines() {
+        let (name, time) = line.split_once(' ').unwrap();
+        all.entry(name.to_owned()).or_default().push(time.parse().unwrap());
+    }
+    all
+}
+
+#[test]
+fn orocos_callbacks_that_were_recorded_are_a_project() {
+    let mut recorder = Recorder::start();
+    let folder = recorder.folder().to_owned();
+    let program = folder.join("callbacks");
+    let mut compile = Command::new(COMPILERS[0]);
+    compile.args(["-std=c++14", "-Wall", "-Wextra", "-Werror"]).arg(format!("-I{}", source("").display()));
+    compile.arg(source("callbacks.cpp")).arg("-o").arg(&program).args(["-llttng-ust", "-ldl", "-pthread"]);
+    run(&mut compile);
+    recorder.record_events("ros2*", &["vpid", "vtid", "procname"]);
+    let said = executions(&run(&mut recorder.command(&program)));
+    recorder.stop();
+
+    let recording = recorder.output();
+    let import = || mauve(BINARY, &folder, &["import", &recording.display().to_string(), "-o", "robot"]);
+    let first = import();
+    assert_eq!(first.code, 0, "{first:?}");
+    for expected in [
+        "arm_eye_timer_20ms  timer, 20.00 ms          40",
+        "hand_on_arm_seen    /arm/seen                40",
+        "2 callbacks in 2 nodes, 80 executions; 1 of timers",
+        "times are elapsed ones",
+        "not proved",
+        "wrote robot/system.mal",
+    ] {
+        assert!(first.has(expected), "{expected}: {first:?}");
+    }
+
+    // The program measures within the events: the difference is what they cost, and preemption between them.
+    let mut samples = Samples::open(&folder.join("robot/recorded.samples")).unwrap();
+    for (name, callback) in [("eye", "arm_eye_timer_20ms"), ("hand", "hand_on_arm_seen")] {
+        let series = samples.series().iter().find(|it| it.instance == callback).unwrap().clone();
+        assert_eq!(series.key, format!("ros.{callback}"));
+        let recorded = samples.executions(series.id).unwrap();
+        let recorded: Vec<u64> = recorded.iter().map(|it| it.execution).collect();
+        let differences: Vec<u64> = said[name]
+            .iter()
+            .zip(&recorded)
+            .map(|(said, recorded)| recorded.checked_sub(*said).expect("an execution is too short"))
+            .collect();
+        assert_eq!((differences.len(), recorded.len()), (40, 40));
+        assert!(*differences.iter().min().unwrap() < 100_000, "{differences:?}");
+        let table = std::fs::read_to_string(folder.join("robot/timing.toml")).unwrap();
+        let greatest = recorded.iter().max().unwrap();
+        assert!(table.contains(&format!("\"ros.{callback}\" = {}.", greatest / 1000)), "{table}");
+    }
+
+    // As it was recorded, nothing is proved; with a priority for each thread, everything is, if the times hold.
+    let check = mauve(BINARY, &folder, &["check", "robot"]);
+    assert_eq!(check.code, 0, "{check:?}");
+    assert!(check.has("arm_eye_timer_20ms  ArmEyeTimer20ms") && check.has("– not real-time"), "{check:?}");
+    assert!(check.has("all 2 deadlines are proved, if the"), "{check:?}");
+    let tune = ["tune", "--priorities", "--cpus", "--deployment", "Isolated", "robot"];
+    let tune = mauve(BINARY, &folder, &tune);
+    assert!(tune.has("2 of 2 deadlines met"), "{tune:?}");
+    let chains = mauve(BINARY, &folder, &["chains", "robot"]);
+    assert!(chains.has("arm_eye_timer_20ms") && chains.has("hand_on_arm_seen"), "{chains:?}");
+
+    // The recording says that the timer is a little late now and then, which the deployment does not.
+    let recorded = recording.display().to_string();
+    let trace = mauve(BINARY, &folder, &["trace", "check", "--deployment", "Isolated", &recorded, "robot"]);
+    assert!(
+        trace.has("arm_eye_timer_20ms       40") && trace.has("hand_on_arm_seen         40"),
+        "{trace:?}"
+    );
+
+    // What is edited is kept, and the same executions are not counted twice.
+    let model = folder.join("robot/system.mal");
+    let edited = std::fs::read_to_string(&model).unwrap().replace("period = 20", "period = 25");
+    std::fs::write(&model, &edited).unwrap();
+    let second = import();
+    assert_eq!(second.code, 2, "{second:?}");
+    assert!(second.has("kept robot/system.mal") && second.err.contains("was imported into"), "{second:?}");
+    assert_eq!(std::fs::read_to_string(&model).unwrap(), edited);
+    assert_eq!(Samples::open(&folder.join("robot/recorded.samples")).unwrap().runs().len(), 1);
+}
+
+#[test]
+fn what_is_no_recording_of_ros_2_is_refused() {
+    let folder = own_scratch("import");
+    std::fs::create_dir_all(folder.join("empty")).unwrap();
+    let refused = mauve(BINARY, &folder, &["import", "empty", "-o", "robot"]);
+    assert_eq!(refused.code, 2, "{refused:?}");
+    assert!(refused.err.contains("empty") && !folder.join("robot").exists(), "{refused:?}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
