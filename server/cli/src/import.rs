@@ -1,21 +1,19 @@
 //! `mauve import RECORDING… -o DIR`: a system of ROS 2 that runs, as a project: what its callbacks took, and what is not known.
 
 mod model;
+mod recorded;
 mod unknown;
 
-use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use mauve_projects::destination::{destination, destination_folder};
 use mauve_projects::output::{Output, say};
 use mauve_projects::replace::create;
-use mauve_pwcet::trace::{
-    Ros2Callback, Ros2Graph, Ros2Release, Source, Span, SpanKind, SpanNames, TraceError, TraceReader, Visitor,
-};
+use mauve_pwcet::trace::{Ros2Release, Source, TraceError, TraceReader};
 
 use crate::text::{Sheet, argument, counted, duration, wrapped};
 use crate::trace::{import_recordings, recording_warnings, trace_error};
+use recorded::{System, Times, released_by};
 
 #[derive(Debug, clap::Args)]
 pub struct Import {
@@ -27,9 +25,8 @@ pub struct Import {
     output: Option<PathBuf>,
 }
 
-/// The file with the executions of all recordings, and the one that is kept beside it.
+/// The file with the executions of all recordings.
 const SAMPLES: &str = "recorded.samples";
-const OBSERVED: &str = "recorded.observed.toml";
 
 impl Import {
     pub(crate) fn run(self) -> Result<Output, String> {
@@ -46,7 +43,7 @@ impl Import {
         if system.executed().next().is_none() {
             return Err(format!("{}: no callback of ROS 2 was executed in it", self.recordings[0].display()));
         }
-        let mut text = system.table() + &system.summary();
+        let mut text = table(&system) + &summary(&system);
         let mut code = 0;
         if let Some(folder) = &self.output {
             text += &written(folder, &system)?;
@@ -91,116 +88,38 @@ fn next(folder: &Path) -> String {
     )
 }
 
-/// What was recorded.
-struct System<'a> {
-    graph: &'a Ros2Graph,
-    /// By the name of the callback.
-    times: BTreeMap<String, CallbackTimes>,
+fn table(system: &System<'_>) -> String {
+    let all: Vec<_> = system.executed().collect();
+    let has_priority = all.iter().any(|(_, it, _)| it.priority.is_some());
+    let time = if system.has_elapsed() { "greatest (elapsed)" } else { "greatest (CPU)" };
+    Sheet::of(&all)
+        .column("callback", |(_, it, _)| it.name.clone())
+        .column("released by", |(_, it, _)| released_by(&it.release))
+        .column("executions", |(.., times)| times.count.to_string())
+        .column("mean", |(.., times)| duration(times.mean()))
+        .column(time, |(.., times)| duration(times.greatest))
+        .column("threads", |(_, it, _)| it.threads.len().to_string())
+        .column_if(has_priority, "priority", |(_, it, _)| match it.priority {
+            Some(0) => "background".to_owned(),
+            Some(priority) => priority.to_string(),
+            None => "unknown".to_owned(),
+        })
+        .text()
 }
 
-/// The execution times of a callback.
-#[derive(Debug, Default)]
-struct CallbackTimes {
-    count: u64,
-    sum: u128,
-    greatest: u64,
-}
-
-impl CallbackTimes {
-    fn mean(&self) -> u64 {
-        u64::try_from(self.sum / u128::from(self.count.max(1))).unwrap_or(u64::MAX)
+/// Returns what the recording has, and in lines of their own, what the figures are and what is missing.
+fn summary(system: &System<'_>) -> String {
+    let count = |count: usize, what: &str| counted(count, what);
+    let executions: u64 = system.executed().map(|(.., times)| times.count).sum();
+    let mut text = format!(
+        "{} in {}, {executions} executions; {} of timers\n",
+        count(system.executed().count(), "callback"),
+        count(system.graph.nodes.len(), "node"),
+        system.executed().filter(|(_, it, _)| matches!(it.release, Ros2Release::Timer(_))).count(),
+    );
+    for line in unknown::lines(system) {
+        text += &line;
+        text.push('\n');
     }
-}
-
-/// Adds up the execution times of callbacks.
-#[derive(Debug, Default)]
-struct Times(BTreeMap<String, CallbackTimes>);
-
-impl Visitor for Times {
-    fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
-        let name = names.get(span.name);
-        if name.kind == SpanKind::Codel {
-            // Most executions need no text of their own.
-            if !self.0.contains_key(&name.instance) {
-                self.0.insert(name.instance.clone(), CallbackTimes::default());
-            }
-            if let Some(of) = self.0.get_mut(&name.instance) {
-                of.count += 1;
-                of.sum += u128::from(span.execution);
-                of.greatest = of.greatest.max(span.execution);
-            }
-        }
-        ControlFlow::Continue(())
-    }
-}
-
-impl System<'_> {
-    /// Returns the callbacks that were executed completely, with their index and their times.
-    fn executed(&self) -> impl Iterator<Item = (usize, &Ros2Callback, &CallbackTimes)> {
-        let all = self.graph.callbacks.iter().enumerate();
-        all.filter_map(|(index, callback)| Some((index, callback, self.times.get(&callback.name)?)))
-    }
-
-    /// Whether known callbacks publish all messages that release a callback.
-    fn knows_writers(&self, callback: &Ros2Callback) -> bool {
-        let Ros2Release::Subscription(topic) = &callback.release else { return false };
-        let graph = self.graph;
-        let is_of_topic =
-            |publisher: &usize| graph.publishers.get(*publisher).is_some_and(|it| it.topic == *topic);
-        let published = self.executed().flat_map(|(_, it, _)| &it.publishes).filter(|it| is_of_topic(it.0));
-        let messages: u64 = published.map(|(_, messages)| messages.all).sum();
-        messages >= callback.executions
-            && graph.publishers.iter().all(|it| it.topic != *topic || it.outside == 0)
-    }
-
-    /// Returns whether only the elapsed time of some executions is known.
-    fn has_elapsed(&self) -> bool {
-        self.executed().any(|(_, callback, _)| callback.elapsed > 0)
-    }
-
-    fn table(&self) -> String {
-        let all: Vec<_> = self.executed().collect();
-        let has_priority = all.iter().any(|(_, it, _)| it.priority.is_some());
-        let time = if self.has_elapsed() { "greatest (elapsed)" } else { "greatest (CPU)" };
-        Sheet::of(&all)
-            .column("callback", |(_, it, _)| it.name.clone())
-            .column("released by", |(_, it, _)| released_by(&it.release))
-            .column("executions", |(.., times)| times.count.to_string())
-            .column("mean", |(.., times)| duration(times.mean()))
-            .column(time, |(.., times)| duration(times.greatest))
-            .column("threads", |(_, it, _)| it.threads.len().to_string())
-            .column_if(has_priority, "priority", |(_, it, _)| match it.priority {
-                Some(0) => "background".to_owned(),
-                Some(priority) => priority.to_string(),
-                None => "unknown".to_owned(),
-            })
-            .text()
-    }
-
-    /// Returns what the recording has, and in lines of their own, what the figures are and what is missing.
-    fn summary(&self) -> String {
-        let count = |count: usize, what: &str| counted(count, what);
-        let executions: u64 = self.executed().map(|(.., times)| times.count).sum();
-        let mut text = format!(
-            "{} in {}, {executions} executions; {} of timers\n",
-            count(self.executed().count(), "callback"),
-            count(self.graph.nodes.len(), "node"),
-            self.executed().filter(|(_, it, _)| matches!(it.release, Ros2Release::Timer(_))).count(),
-        );
-        for line in unknown::lines(self) {
-            text += &line;
-            text.push('\n');
-        }
-        text
-    }
-}
-
-/// Says what releases a callback.
-fn released_by(release: &Ros2Release) -> String {
-    match release {
-        Ros2Release::Timer(period) => format!("timer, {}", duration(*period)),
-        Ros2Release::Subscription(topic) => topic.clone(),
-        Ros2Release::Service(name) => format!("service {name}"),
-        Ros2Release::Unknown => "unknown".to_owned(),
-    }
+    text
 }

@@ -5,7 +5,11 @@ use std::fmt::Write as _;
 
 use mauve_pwcet::trace::{ROS2_LIBRARY, Ros2Callback, Ros2Release, ros2_identifier};
 
-use super::{OBSERVED, System, released_by, unknown};
+use super::recorded::{System, released_by};
+use super::unknown;
+
+/// What is kept beside the sample file.
+const OBSERVED: &str = "recorded.observed.toml";
 
 /// The most writes of a port in one execution: more are a loop.
 const MOST_WRITES: u64 = 16;

@@ -2,7 +2,7 @@
 
 use mauve_pwcet::trace::Ros2Release;
 
-use super::System;
+use super::recorded::System;
 use crate::text::counted;
 
 /// Returns a line for each thing that is not known.
