@@ -35,6 +35,7 @@
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |
 //! | `ros2.rs`, `ros2/`, `ros2_fact.rs` | the topics of ROS 2 of a deployment, and the hosts of its instances |
+//! | `ros2_files.rs`, `ros2_files/` | files of ROS 2 with the settings of threads and controllers: values with places, and edits |
 //! | `hosts.rs` | the CPUs of several computers, in one set |
 //! | `flat.rs`, `link.rs` | an architecture with its imports; a connection of it |
 //! | `settings.rs`, `wiring.rs` | values of properties; types and directions of connections, unconnected features |
@@ -84,6 +85,7 @@ mod ranges;
 mod resolve;
 mod ros2;
 mod ros2_fact;
+pub mod ros2_files;
 mod semantics;
 mod settings;
 mod severity;

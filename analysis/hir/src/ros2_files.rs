@@ -1,0 +1,32 @@
+//! Files of ROS 2 as inputs: texts to plain data with the place of each value, and changes of single values to edits of the text.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `yaml.rs` | a YAML file as a tree with places |
+//! | `problem.rs`, `value.rs` | what is wrong in a file; values that are absent, unknown or known |
+//! | `threads.rs`, `group_id.rs` | `threads.yaml`: the threads of the callback-isolated executor; ids of callback groups |
+//! | `controllers.rs` | `controllers.yaml`: the control loop of ros2_control, and its controllers |
+//! | `edit.rs` | a changed priority, policy or affinity as edits, which change no other byte |
+//!
+//! A value that cannot be read is unknown, and never absent: the reader of the file may read it.
+
+mod controllers;
+mod edit;
+mod group_id;
+mod problem;
+mod threads;
+mod value;
+mod yaml;
+
+pub use controllers::{
+    AsyncScheduling, Controller, ControllerManager, ControllersFile, DEFAULT_THREAD_PRIORITY,
+    DEFAULT_UPDATE_RATE, read_controllers,
+};
+pub use edit::{
+    ControlChange, ControlPlace, EditRefusal, ThreadChange, ThreadPlace, YamlEdit, apply_edits,
+    change_control, change_thread,
+};
+pub use group_id::{GroupCallback, GroupId, InvalidGroupId};
+pub use problem::{ExpectedValue, FileProblem, FileProblemKind};
+pub use threads::{DeadlineParameters, ThreadEntry, ThreadPolicy, ThreadsFile, Throttling, read_threads};
+pub use value::YamlValue;

@@ -1,0 +1,806 @@
+//! Changes of single values in a file, as edits of its text that change no other byte.
+//!
+//! A change is confirmed: the edited text is read again, and must have the new values, all other values as before, and no new problem.
+//! Otherwise it is refused. A value behind an anchor that has aliases belongs to several entries: its change is refused.
+
+use std::ops::Range;
+
+use mauve_timing::CpuSet;
+use saphyr_parser::ScalarStyle;
+
+use super::controllers::read_controllers;
+use super::problem::FileProblem;
+use super::threads::{DeadlineParameters, ThreadPolicy, read_threads};
+use super::value::YamlValue;
+use super::yaml::{Lookup, NodeId, NodeKind, Yaml, YamlNode, parse};
+
+/// An edit of a text: a range in bytes, and the text instead. Several edits are in the order of the text, and do not overlap.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct YamlEdit {
+    /// The range that is replaced; empty for an insertion.
+    pub range: Range<usize>,
+    /// The new text.
+    pub text: String,
+}
+
+/// Why a change is refused.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum EditRefusal {
+    /// The file has no such entry, or the entry is an alias.
+    NoSuchEntry,
+    /// The text is not completely read as YAML.
+    Incomplete,
+    /// Aliases refer to the value, or to what contains it: other entries would change.
+    Shared(Range<usize>),
+    /// The value at this place is written in a form that is not edited: a block text, a comment within a list, a tag, a key twice.
+    Layout(Range<usize>),
+    /// The new policy needs a new priority, or a new nice value.
+    LevelNeeded,
+    /// A value that the file cannot have.
+    InvalidValue,
+    /// The edited text does not have the new values, or changes other values.
+    NotConfirmed,
+}
+
+/// A thread of a `threads.yaml`, by its index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ThreadPlace {
+    /// In `callback_groups`.
+    Group(usize),
+    /// In `non_ros_threads`.
+    Other(usize),
+}
+
+/// A change of a thread; `None`: as before.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
+pub struct ThreadChange {
+    /// The policy; not `SCHED_DEADLINE`.
+    pub policy: Option<ThreadPolicy>,
+    /// The priority, or the nice value, as the policy has it.
+    pub level: Option<i8>,
+    /// Linux's CPUs, from 0; empty: those of the process.
+    pub affinity: Option<CpuSet>,
+}
+
+/// A thread of a `controllers.yaml`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ControlPlace {
+    /// The control loop of a manager, by its index.
+    Manager(usize),
+    /// An asynchronous controller: the indices of its manager, and of the controller.
+    Controller(usize, usize),
+}
+
+/// A change of a thread of ros2_control; `None`: as before.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
+pub struct ControlChange {
+    /// The priority, from 1 to 99.
+    pub thread_priority: Option<u8>,
+    /// Linux's CPUs, from 0; at least one.
+    pub affinity: Option<CpuSet>,
+}
+
+/// Applies edits to the text that they are for.
+pub fn apply_edits(text: &str, edits: &[YamlEdit]) -> String {
+    let (mut edited, mut at) = (String::with_capacity(text.len()), 0);
+    for edit in edits {
+        edited.push_str(text.get(at..edit.range.start).unwrap_or_default());
+        edited.push_str(&edit.text);
+        at = edit.range.end;
+    }
+    edited.push_str(text.get(at..).unwrap_or_default());
+    edited
+}
+
+/// Returns the edits that change a thread of a `threads.yaml`.
+///
+/// # Errors
+///
+/// The change is refused.
+pub fn change_thread(
+    text: &str,
+    place: ThreadPlace,
+    change: &ThreadChange,
+) -> Result<Vec<YamlEdit>, EditRefusal> {
+    let before = read_threads(text);
+    let entry = match place {
+        ThreadPlace::Group(index) => before.groups.get(index),
+        ThreadPlace::Other(index) => before.others.get(index),
+    };
+    let entry = entry.ok_or(EditRefusal::NoSuchEntry)?;
+    let mut editor = Editor::new(text)?;
+    let mapping = editor.yaml.mapping_at(&entry.range).ok_or(EditRefusal::NoSuchEntry)?;
+    let old = entry.policy.known().copied();
+    let policy = change.policy.or(old);
+    let is_other_class = policy.is_some_and(|new| {
+        old.is_none_or(|old| (old.has_priority(), old.has_nice()) != (new.has_priority(), new.has_nice()))
+    });
+    if change.policy == Some(ThreadPolicy::Deadline) && is_other_class {
+        return Err(EditRefusal::InvalidValue);
+    }
+    if is_other_class && change.level.is_none() {
+        return Err(EditRefusal::LevelNeeded);
+    }
+    let mut wanted = before.clone().placeless();
+    let new = match place {
+        ThreadPlace::Group(index) => wanted.groups.get_mut(index),
+        ThreadPlace::Other(index) => wanted.others.get_mut(index),
+    };
+    let new = new.ok_or(EditRefusal::NoSuchEntry)?;
+    if let Some(policy) = change.policy {
+        editor.set(mapping, "policy", &NewValue::Word(policy.name().to_owned()))?;
+        new.policy = known(policy);
+    }
+    if let Some(level) = change.level {
+        let value = NewValue::Word(level.to_string());
+        let has = |key| editor.yaml.find(mapping, key) != Lookup::Absent;
+        if policy.is_some_and(ThreadPolicy::has_priority) && (1..=99).contains(&level) {
+            editor.set(mapping, "priority", &value)?;
+            (new.priority, new.nice) = (known(level.unsigned_abs()), YamlValue::Absent);
+        } else if policy.is_some_and(ThreadPolicy::has_nice) && (-20..=19).contains(&level) {
+            // Older readers read the nice value in `priority`.
+            let (in_nice, in_priority) = (is_other_class || has("nice"), has("priority"));
+            if in_nice {
+                editor.set(mapping, "nice", &value)?;
+            }
+            if in_priority && (is_other_class || !in_nice) {
+                editor.set(mapping, "priority", &value)?;
+            }
+            (new.nice, new.priority) = (known(level), YamlValue::Absent);
+        } else {
+            return Err(EditRefusal::InvalidValue);
+        }
+        new.deadline = DeadlineParameters::default();
+    }
+    if let Some(cpus) = change.affinity {
+        editor.set(mapping, "affinity", &NewValue::Cpus { cpus, may_be_number: false })?;
+        new.affinity = known(cpus);
+    }
+    editor.confirm(&before.problems, |text| {
+        let after = read_threads(text);
+        (after.problems.clone(), after.placeless() == wanted)
+    })
+}
+
+/// Returns the edits that change a thread of a `controllers.yaml`.
+///
+/// # Errors
+///
+/// The change is refused.
+pub fn change_control(
+    text: &str,
+    place: ControlPlace,
+    change: &ControlChange,
+) -> Result<Vec<YamlEdit>, EditRefusal> {
+    let before = read_controllers(text);
+    let mut editor = Editor::new(text)?;
+    let (ControlPlace::Manager(index) | ControlPlace::Controller(index, _)) = place;
+    let manager = before.managers.get(index).ok_or(EditRefusal::NoSuchEntry)?;
+    let range = match place {
+        ControlPlace::Manager(_) => Some(&manager.range),
+        ControlPlace::Controller(_, index) => {
+            manager.controllers.get(index).and_then(|it| it.parameters.as_ref())
+        }
+    };
+    let mapping = range.and_then(|it| editor.yaml.mapping_at(it)).ok_or(EditRefusal::NoSuchEntry)?;
+    let mut wanted = before.clone().placeless();
+    let manager = wanted.get_mut(index).ok_or(EditRefusal::NoSuchEntry)?;
+    let (thread_priority, affinity, keys) = match place {
+        ControlPlace::Manager(_) => {
+            (&mut manager.thread_priority, &mut manager.affinity, ["thread_priority", "cpu_affinity"])
+        }
+        ControlPlace::Controller(_, index) => {
+            let it = manager.controllers.get_mut(index).ok_or(EditRefusal::NoSuchEntry)?;
+            let keys = ["async_parameters.thread_priority", "async_parameters.cpu_affinity"];
+            (&mut it.thread_priority, &mut it.affinity, keys)
+        }
+    };
+    if let Some(priority) = change.thread_priority {
+        if !(1..=99).contains(&priority) {
+            return Err(EditRefusal::InvalidValue);
+        }
+        editor.set(mapping, keys[0], &NewValue::Number(priority))?;
+        *thread_priority = known(priority);
+    }
+    if let Some(cpus) = change.affinity {
+        if cpus.is_empty() {
+            return Err(EditRefusal::InvalidValue);
+        }
+        let may_be_number = matches!(place, ControlPlace::Manager(_));
+        editor.set(mapping, keys[1], &NewValue::Cpus { cpus, may_be_number })?;
+        *affinity = known(cpus);
+    }
+    editor.confirm(&before.problems, |text| {
+        let after = read_controllers(text);
+        (after.problems.clone(), after.placeless() == wanted)
+    })
+}
+
+fn known<T>(value: T) -> YamlValue<T> {
+    YamlValue::Known { value, range: 0..0 }
+}
+
+/// A new value of a key.
+enum NewValue {
+    /// A text or a number, in the quotes of the old value.
+    Word(String),
+    /// A number without quotes.
+    Number(u8),
+    /// A list of CPUs; one of them may be a number instead of a list, if the old value is one.
+    Cpus { cpus: CpuSet, may_be_number: bool },
+}
+
+impl NewValue {
+    fn text(&self) -> String {
+        match self {
+            NewValue::Word(word) => word.clone(),
+            NewValue::Number(number) => number.to_string(),
+            NewValue::Cpus { cpus, .. } => {
+                let cpus: Vec<_> = cpus.iter().map(|cpu| cpu.to_string()).collect();
+                format!("[{}]", cpus.join(", "))
+            }
+        }
+    }
+}
+
+struct Editor<'t> {
+    text: &'t str,
+    yaml: Yaml,
+    /// Edits of values.
+    edits: Vec<YamlEdit>,
+    /// Insertions of keys: behind an edit of a value at the same place.
+    insertions: Vec<YamlEdit>,
+}
+
+impl<'t> Editor<'t> {
+    fn new(text: &'t str) -> Result<Editor<'t>, EditRefusal> {
+        let yaml = parse(text);
+        match yaml.problems.is_empty() {
+            true => Ok(Editor { text, yaml, edits: Vec::new(), insertions: Vec::new() }),
+            false => Err(EditRefusal::Incomplete),
+        }
+    }
+
+    /// Sets the value of a key of a mapping.
+    fn set(&mut self, mapping: NodeId, key: &str, value: &NewValue) -> Result<(), EditRefusal> {
+        match self.yaml.find(mapping, key) {
+            Lookup::Found(node) => self.replace(node, value),
+            Lookup::Unknown(range) => Err(EditRefusal::Layout(range)),
+            Lookup::Absent => {
+                let parent =
+                    key.split_once('.').map(|(parent, rest)| (self.yaml.find(mapping, parent), rest));
+                match parent {
+                    Some((Lookup::Found(parent), rest)) => self.insert(parent, rest, value),
+                    _ => self.insert(mapping, key, value),
+                }
+            }
+        }
+    }
+
+    fn replace(&mut self, id: NodeId, value: &NewValue) -> Result<(), EditRefusal> {
+        let node = self.yaml.node(id);
+        let range = node.range.clone();
+        self.check_shared(&range, true)?;
+        let source = self.text.get(range.clone()).unwrap_or_default();
+        let new = value.text();
+        let text = match (&node.kind, value) {
+            _ if node.is_tagged => return Err(EditRefusal::Layout(range)),
+            (NodeKind::Scalar { style: ScalarStyle::Literal | ScalarStyle::Folded, .. }, _) => {
+                return Err(EditRefusal::Layout(range));
+            }
+            (NodeKind::Scalar { style: ScalarStyle::SingleQuoted, .. }, NewValue::Word(word)) => {
+                format!("'{word}'")
+            }
+            (NodeKind::Scalar { style: ScalarStyle::DoubleQuoted, .. }, NewValue::Word(word)) => {
+                format!("\"{word}\"")
+            }
+            (NodeKind::Scalar { .. }, NewValue::Cpus { cpus, may_be_number: true }) if cpus.is_one() => {
+                cpus.first().unwrap_or_default().to_string()
+            }
+            (NodeKind::Scalar { .. } | NodeKind::Alias(_), _) if range.is_empty() => format!(" {new}"),
+            (NodeKind::Scalar { .. } | NodeKind::Alias(_), _) => new,
+            (NodeKind::Sequence { is_flow, .. }, NewValue::Cpus { cpus, .. }) if !source.contains('#') => {
+                match *is_flow || cpus.is_empty() {
+                    // A list in brackets must be indented more than its key.
+                    true => format!("{}{new}", if *is_flow { "" } else { " " }),
+                    false => {
+                        let items: Vec<_> = cpus.iter().map(|cpu| format!("- {cpu}")).collect();
+                        let (indent, line_break) = (self.indent(range.start), self.line_break(range.start));
+                        items.join(&format!("{line_break}{indent}"))
+                    }
+                }
+            }
+            _ => return Err(EditRefusal::Layout(range)),
+        };
+        self.edits.push(YamlEdit { range, text });
+        Ok(())
+    }
+
+    /// Inserts a key into a mapping: in its own lines behind a related key, or in braces behind the last one.
+    fn insert(&mut self, mapping: NodeId, key: &str, value: &NewValue) -> Result<(), EditRefusal> {
+        const RELATED: [&str; 9] = [
+            "id",
+            "name",
+            "policy",
+            "priority",
+            "nice",
+            "affinity",
+            "update_rate",
+            "thread_priority",
+            "cpu_affinity",
+        ];
+        let node = self.yaml.node(mapping);
+        let range = node.range.clone();
+        self.check_shared(&range, false)?;
+        let NodeKind::Mapping { entries, is_flow, .. } = &node.kind else {
+            return Err(EditRefusal::Layout(range));
+        };
+        let is_related =
+            |(key, _): &&(NodeId, NodeId)| self.yaml.key(*key).is_some_and(|it| RELATED.contains(&it));
+        let related = entries.iter().rfind(is_related).filter(|_| !is_flow).or(entries.last());
+        let Some((near_key, near_value)) = related else {
+            let at = range.start + 1;
+            self.insertions.push(YamlEdit { range: at..at, text: format!("{key}: {}", value.text()) });
+            return Ok(());
+        };
+        let [near_key, near_value] = [near_key, near_value].map(|it| self.yaml.node(*it));
+        let quote = match near_key.kind {
+            NodeKind::Scalar { style: ScalarStyle::DoubleQuoted, .. } => "\"",
+            NodeKind::Scalar { style: ScalarStyle::SingleQuoted, .. } => "'",
+            _ => "",
+        };
+        let entry = format!("{quote}{key}{quote}: {}", value.text());
+        let end = near_key.range.end.max(near_value.range.end);
+        let (at, text) = if *is_flow {
+            (end, format!(", {entry}"))
+        } else {
+            let rest = self.text.get(end..).unwrap_or_default();
+            let line = rest.split('\n').next().unwrap_or_default().trim_end_matches('\r');
+            let behind = line.trim_start_matches([' ', '\t']);
+            if !behind.is_empty() && !(behind.starts_with('#') && behind.len() < line.len()) {
+                return Err(EditRefusal::Layout(near_value.range.clone()));
+            }
+            let at = end + line.len();
+            (at, format!("{}{}{entry}", self.line_break(at), self.indent(range.start)))
+        };
+        self.insertions.push(YamlEdit { range: at..at, text });
+        Ok(())
+    }
+
+    /// Returns the spaces for a line that begins in the column of this place.
+    fn indent(&self, at: usize) -> String {
+        let before = self.text.get(..at).unwrap_or_default();
+        " ".repeat(before.rsplit('\n').next().unwrap_or_default().chars().count())
+    }
+
+    /// Returns the line break of the file at this place.
+    fn line_break(&self, at: usize) -> &'static str {
+        let rest = self.text.get(at..).unwrap_or_default();
+        let end = rest.find('\n').map_or(self.text.find('\n'), |it| Some(at + it));
+        let is_crlf = end.is_some_and(|end| self.text.get(..end).is_some_and(|it| it.ends_with('\r')));
+        if is_crlf { "\r\n" } else { "\n" }
+    }
+
+    /// Refuses a place in a value that aliases refer to; and a value with such a value inside, if it is replaced.
+    fn check_shared(&self, place: &Range<usize>, is_replaced: bool) -> Result<(), EditRefusal> {
+        let target = |it: &YamlNode| match it.kind {
+            NodeKind::Alias(target) => Some(self.yaml.node(target).range.clone()),
+            _ => None,
+        };
+        let contains =
+            |one: &Range<usize>, other: &Range<usize>| one.start <= other.start && other.end <= one.end;
+        let is_shared = |it: &Range<usize>| contains(it, place) || is_replaced && contains(place, it);
+        match self.yaml.nodes().iter().filter_map(target).find(is_shared) {
+            Some(range) => Err(EditRefusal::Shared(range)),
+            None => Ok(()),
+        }
+    }
+
+    /// Returns the edits, if the edited text has the wanted values and no new problems.
+    fn confirm(
+        mut self,
+        problems: &[FileProblem],
+        read: impl FnOnce(&str) -> (Vec<FileProblem>, bool),
+    ) -> Result<Vec<YamlEdit>, EditRefusal> {
+        self.edits.append(&mut self.insertions);
+        self.edits.sort_by_key(|edit| edit.range.start);
+        let (after, is_wanted) = read(&apply_edits(self.text, &self.edits));
+        let is_old = |it: &FileProblem| problems.iter().any(|old| old.kind == it.kind);
+        (is_wanted && after.iter().all(is_old)).then_some(self.edits).ok_or(EditRefusal::NotConfirmed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::ros2_files::threads::ThreadEntry;
+
+    /// Changes the first group of a file.
+    fn changed(text: &str, change: &ThreadChange) -> Result<String, EditRefusal> {
+        change_thread(text, ThreadPlace::Group(0), change).map(|edits| apply_edits(text, &edits))
+    }
+
+    fn fifo(level: i8) -> ThreadChange {
+        ThreadChange { policy: Some(ThreadPolicy::Fifo), level: Some(level), affinity: None }
+    }
+
+    fn affinity(cpus: &[u32]) -> ThreadChange {
+        ThreadChange { affinity: Some(cpus.iter().copied().collect()), ..ThreadChange::default() }
+    }
+
+    #[test]
+    fn values_are_replaced_and_missing_keys_inserted_in_the_style_of_the_entry() {
+        for (before, change, after) in [
+            (
+                "callback_groups:\n  - id: /n # the node\n    policy: SCHED_OTHER # not yet\n    nice: 0\n\n# end\n",
+                fifo(90),
+                "callback_groups:\n  - id: /n # the node\n    policy: SCHED_FIFO # not yet\n    nice: 0\n    priority: 90\n\n# end\n",
+            ),
+            (
+                "callback_groups: [{id: /n, policy: \"SCHED_OTHER\", 'priority': '0', }]",
+                fifo(9),
+                "callback_groups: [{id: /n, policy: \"SCHED_FIFO\", 'priority': '9', }]",
+            ),
+            (
+                "{\"callback_groups\": [{\"id\": \"/n\", \"policy\": \"SCHED_OTHER\", \"nice\": 0}]}",
+                fifo(9),
+                "{\"callback_groups\": [{\"id\": \"/n\", \"policy\": \"SCHED_FIFO\", \"nice\": 0, \"priority\": 9}]}",
+            ),
+            (
+                "callback_groups:\r\n- policy: SCHED_RR\r\n  priority: 3 # \u{e9}\r\n  id: /n\r\n  x: |\r\n    y\r\n",
+                affinity(&[1, 2]),
+                "callback_groups:\r\n- policy: SCHED_RR\r\n  priority: 3 # \u{e9}\r\n  id: /n\r\n  affinity: [1, 2]\r\n  x: |\r\n    y\r\n",
+            ),
+            (
+                "callback_groups:\n- id: /n\n  policy: SCHED_RR\n  priority: 3\n  affinity:",
+                affinity(&[1]),
+                "callback_groups:\n- id: /n\n  policy: SCHED_RR\n  priority: 3\n  affinity: [1]",
+            ),
+            (
+                "callback_groups:\n- affinity: # none\n  policy: SCHED_RR\n  priority: 3\n  id: /n",
+                affinity(&[0]),
+                "callback_groups:\n- affinity: [0] # none\n  policy: SCHED_RR\n  priority: 3\n  id: /n",
+            ),
+            (
+                "callback_groups:\n- id: /n\n  policy: SCHED_RR\n  affinity: # two\n  - 1\n  - 2 # last\n  priority: 3\n",
+                affinity(&[3, 4, 5]),
+                "callback_groups:\n- id: /n\n  policy: SCHED_RR\n  affinity: # two\n  - 3\n  - 4\n  - 5 # last\n  priority: 3\n",
+            ),
+            (
+                "callback_groups:\n- id: /n\n  policy: SCHED_RR\n  affinity:\n  - 1\n  priority: 3\n",
+                affinity(&[]),
+                "callback_groups:\n- id: /n\n  policy: SCHED_RR\n  affinity:\n   []\n  priority: 3\n",
+            ),
+            (
+                "x: &p 3\ncallback_groups:\n- {id: /n, policy: SCHED_RR, priority: *p }\n",
+                ThreadChange { level: Some(4), ..ThreadChange::default() },
+                "x: &p 3\ncallback_groups:\n- {id: /n, policy: SCHED_RR, priority: 4 }\n",
+            ),
+            (
+                "callback_groups:\n- id: /n\n  policy: SCHED_FIFO\n  priority: &p 3\n",
+                ThreadChange { policy: Some(ThreadPolicy::Other), level: Some(-3), affinity: None },
+                "callback_groups:\n- id: /n\n  policy: SCHED_OTHER\n  priority: &p -3\n  nice: -3\n",
+            ),
+            (
+                "callback_groups:\n- id: /n\n  policy: SCHED_OTHER\n  priority: 0\n",
+                ThreadChange { level: Some(5), ..ThreadChange::default() },
+                "callback_groups:\n- id: /n\n  policy: SCHED_OTHER\n  priority: 5\n",
+            ),
+            (
+                "callback_groups:\n- id: /n\n  policy: SCHED_OTHER\n  nice: 0\n  priority: 50\n",
+                ThreadChange { level: Some(5), ..ThreadChange::default() },
+                "callback_groups:\n- id: /n\n  policy: SCHED_OTHER\n  nice: 5\n  priority: 50\n",
+            ),
+        ] {
+            assert_eq!(changed(before, &change).as_deref(), Ok(after), "{before}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_changed_alone_is_refused() {
+        let level = ThreadChange { level: Some(4), ..ThreadChange::default() };
+        let rest = "id: /n, policy: SCHED_RR";
+        for (text, change, is_expected) in [
+            (format!("callback_groups: [{{{rest}, priority: &p 3}}]\nx: *p\n"), &level, "Shared"),
+            (format!("callback_groups: [&e {{{rest}, priority: 3}}]\nx: *e\n"), &level, "Shared"),
+            (format!("callback_groups: &s\n- {{{rest}, priority: 3}}\nnon_ros_threads: *s\n"), &level, "Shared"),
+            (format!("callback_groups: &s\n- {{{rest}, priority: 3}}\nx: *s\n"), &affinity(&[1]), "Shared"),
+            (format!("x: &e {{{rest}, priority: 3}}\ncallback_groups: [*e]\n"), &level, "NoSuchEntry"),
+            (format!("callback_groups: [{{{rest}, priority: 3, affinity: [&c 1]}}]\nx: *c\n"), &affinity(&[1]), "Shared"),
+            (format!("callback_groups: [{{{rest}, priority: 3, priority: 4}}]\n"), &level, "Incomplete"),
+            (format!("callback_groups: [{{{rest}, priority: !!int 3}}]\n"), &level, "Layout"),
+            (format!("callback_groups: [{{{rest}, priority: [3]}}]\n"), &level, "Layout"),
+            ("callback_groups:\n- id: /n\n  policy: SCHED_RR\n  priority: |-\n    3\n".to_owned(), &level, "Layout"),
+            ("callback_groups:\n- id: /n\n  policy: SCHED_RR\n  priority: 3\n  affinity:\n  - 1 # x\n  - 2\n".to_owned(), &affinity(&[1]), "Layout"),
+            (format!("callback_groups: [{{{rest}, priority: 3}}]\n--- x\n"), &level, "Incomplete"),
+            (format!("callback_groups: [{{{rest}, priority: 3}}\n"), &level, "Incomplete"),
+            (format!("callback_groups: [{{{rest}, priority: 3}}]\n"), &fifo(0), "InvalidValue"),
+            (format!("callback_groups: [{{{rest}, priority: 3}}]\n"), &fifo(100), "InvalidValue"),
+            ("callback_groups: [{id: /n, policy: SCHED_IDLE, nice: 3}]\n".to_owned(), &ThreadChange { level: None, ..fifo(1) }, "LevelNeeded"),
+            ("callback_groups: []\n".to_owned(), &level, "NoSuchEntry"),
+        ] {
+            let refusal = format!("{:?}", changed(&text, change));
+            assert!(refusal.starts_with(&format!("Err({is_expected}")), "{text}: {refusal}");
+        }
+    }
+
+    #[test]
+    fn control_loops_and_controllers_are_changed() {
+        let text = "controller_manager:\n  ros__parameters:\n    update_rate: 1000  # Hz\n    cpu_affinity: 2\n    c:\n      type: a/C\n\nc:\n  ros__parameters:\n    is_async: true\n    async_parameters:\n      thread_priority: 40\n";
+        let change =
+            |priority, cpu| ControlChange { thread_priority: priority, affinity: Some(CpuSet::of(cpu)) };
+        let edits = change_control(text, ControlPlace::Manager(0), &change(Some(98), 3)).unwrap();
+        let text = apply_edits(text, &edits);
+        let edits = change_control(&text, ControlPlace::Controller(0, 0), &change(Some(41), 1)).unwrap();
+        let text = apply_edits(&text, &edits);
+        assert_eq!(
+            text,
+            "controller_manager:\n  ros__parameters:\n    update_rate: 1000  # Hz\n    cpu_affinity: 3\n    thread_priority: 98\n    c:\n      type: a/C\n\nc:\n  ros__parameters:\n    is_async: true\n    async_parameters:\n      thread_priority: 41\n      cpu_affinity: [1]\n"
+        );
+        // Without a mapping for them, the keys have dots.
+        let text = "controller_manager: {ros__parameters: {c: {type: a/C}}}\nc:\n  ros__parameters: {}\n";
+        let edits = change_control(text, ControlPlace::Controller(0, 0), &change(None, 1)).unwrap();
+        assert!(
+            apply_edits(text, &edits).ends_with("  ros__parameters: {async_parameters.cpu_affinity: [1]}\n")
+        );
+        let none = ControlChange { affinity: Some(CpuSet::NONE), ..ControlChange::default() };
+        assert_eq!(change_control(text, ControlPlace::Manager(0), &none), Err(EditRefusal::InvalidValue));
+        // The parameter of another section counts.
+        let text = "controller_manager: {ros__parameters: {update_rate: 9}}\n/**: {ros__parameters: {thread_priority: 7}}\n";
+        let refused = change_control(text, ControlPlace::Manager(0), &change(Some(8), 1));
+        assert_eq!(refused, Err(EditRefusal::NotConfirmed));
+    }
+
+    /// A random thread, and how it is written.
+    #[derive(Debug, Clone)]
+    struct Written {
+        policy: usize,
+        level: u8,
+        cpus: Vec<u32>,
+        /// Of `affinity`: absent, null, in brackets, in lines, in lines with comments.
+        form: u8,
+        /// In lines, in braces, in braces over several lines, as JSON.
+        style: u8,
+        quote: u8,
+        /// Of the level: none, an anchor, an anchor with an alias behind it, an alias.
+        anchor: u8,
+        /// Of a nice value: in `nice`, in `priority`, in both.
+        nice: u8,
+        order: u8,
+        noise: u8,
+    }
+
+    fn written() -> impl Strategy<Value = Written> {
+        let looks = (0..5_u8, 0..4_u8, 0..3_u8, 0..4_u8, 0..3_u8, any::<u8>(), any::<u8>());
+        let parts = (0..5_usize, 0..127_u8, prop::collection::btree_set(0..12_u32, 1..4), looks);
+        parts.prop_map(|(policy, level, cpus, (form, style, quote, anchor, nice, order, noise))| Written {
+            policy,
+            level,
+            cpus: cpus.into_iter().collect(),
+            form,
+            style,
+            quote,
+            anchor,
+            nice,
+            order,
+            noise,
+        })
+    }
+
+    /// What a thread is: its id, policy, priority or nice value, and CPUs.
+    type Meaning = (String, ThreadPolicy, i8, CpuSet);
+
+    impl Written {
+        fn policy(&self) -> ThreadPolicy {
+            ThreadPolicy::ALL[self.policy]
+        }
+
+        fn level(&self) -> i8 {
+            match self.policy().has_priority() {
+                true => 1 + (self.level % 99).cast_signed(),
+                false => (self.level % 40).cast_signed() - 20,
+            }
+        }
+
+        fn meaning(&self, id: &str) -> Meaning {
+            let cpus = if self.form < 2 { CpuSet::NONE } else { self.cpus.iter().copied().collect() };
+            (id.to_owned(), self.policy(), self.level(), cpus)
+        }
+
+        fn has(&self, bit: u8) -> bool {
+            self.noise & 1 << bit != 0
+        }
+
+        /// Writes the thread, and notes the places of its values.
+        fn write(&self, id: &str, text: &mut String, line_break: &str, places: &mut Vec<Range<usize>>) {
+            let is_json = self.style == 3;
+            let quoted = |word: &str| match self.quote {
+                _ if is_json => format!("\"{word}\""),
+                0 => word.to_owned(),
+                1 => format!("'{word}'"),
+                _ => format!("\"{word}\""),
+            };
+            let key = |name: &str| if is_json { format!("\"{name}\"") } else { name.to_owned() };
+            let level = match self.anchor {
+                1 => format!("&l{} \u{0}{}\u{1}", &id[2..], self.level()),
+                2 => format!("&l{} \u{0}{}\u{1}", &id[2..], self.level()),
+                3 => format!("\u{0}*k{}\u{1}", &id[2..]),
+                _ => format!("\u{0}{}\u{1}", self.level()),
+            };
+            let name = if self.policy().has_priority() || self.nice == 1 { "priority" } else { "nice" };
+            let mut values = vec![
+                ("id", quoted(id)),
+                ("policy", format!("\u{0}{}\u{1}", quoted(self.policy().name()))),
+                (name, level),
+            ];
+            if name == "nice" && self.nice == 2 {
+                values.push(("priority", format!("\u{0}{}\u{1}", self.level())));
+            }
+            let items: Vec<_> = self.cpus.iter().map(ToString::to_string).collect();
+            let in_lines = self.style == 0;
+            match self.form {
+                0 => {}
+                1 if self.has(6) && in_lines => values.push(("affinity", "\u{0}\u{1}".to_owned())),
+                1 => values.push(("affinity", "\u{0}~\u{1}".to_owned())),
+                3 | 4 if in_lines => {
+                    let comment = if self.form == 4 { " # \u{fc}" } else { "" };
+                    let items = items.join(&format!("{comment}{line_break}      - "));
+                    values.push(("affinity", format!("{line_break}      \u{0}- {items}\u{1}")));
+                }
+                _ => values.push(("affinity", format!("\u{0}[{}]\u{1}", items.join(" , ")))),
+            }
+            if self.has(0) {
+                let value = if in_lines {
+                    format!("|{line_break}      a: 1{line_break}      # b")
+                } else {
+                    "{a: [1]}".to_owned()
+                };
+                values.push(("unkn\u{f6}wn", value));
+            }
+            if self.has(1) {
+                values.push(("other", "x".to_owned()));
+            }
+            let rotation = usize::from(self.order) % values.len();
+            values.rotate_left(rotation);
+            let comment = if self.has(2) { "  # \u{1f980} {" } else { "" };
+            let entries: Vec<_> = values
+                .iter()
+                .map(|(name, value)| {
+                    format!(
+                        "{}:{}{value}",
+                        key(name),
+                        if value.starts_with("\u{0}\u{1}") || value.starts_with(['\r', '\n']) {
+                            ""
+                        } else {
+                            " "
+                        }
+                    )
+                })
+                .collect();
+            let with_marks = match self.style {
+                0 => {
+                    let is_block = |it: &&String| !it.contains('|');
+                    let lines: Vec<_> = entries
+                        .iter()
+                        .map(|it| format!("{it}{}", if is_block(&it) { comment } else { "" }))
+                        .collect();
+                    let blank = if self.has(3) { line_break } else { "" };
+                    lines.join(&format!("{blank}{line_break}    "))
+                }
+                2 => format!(
+                    "{{ {}{}}}",
+                    entries.join(&format!(" ,{line_break}      ")),
+                    if self.has(4) { " , " } else { " " }
+                ),
+                _ => format!("{{{}}}", entries.join(", ")),
+            };
+            // The marks are the places of values.
+            for c in with_marks.chars() {
+                match c {
+                    '\u{0}' => places.push(text.len()..0),
+                    '\u{1}' => places.last_mut().unwrap().end = text.len(),
+                    c => text.push(c),
+                }
+            }
+            text.push_str(comment);
+            text.push_str(line_break);
+        }
+    }
+
+    /// Returns a file with these threads, and the places of their values.
+    fn file(groups: &[Written], others: &[Written], is_crlf: bool) -> (String, Vec<Vec<Range<usize>>>) {
+        let line_break = if is_crlf { "\r\n" } else { "\n" };
+        let (mut text, mut all) = (String::new(), Vec::new());
+        let (mut before, mut behind) = (String::new(), String::new());
+        for (index, it) in groups.iter().chain(others).enumerate() {
+            if it.anchor == 3 {
+                before.push_str(&format!("k{index}: &k{index} {}{line_break}", it.level()));
+            }
+            if it.anchor == 2 {
+                behind.push_str(&format!("l{index}: *l{index}{line_break}"));
+            }
+        }
+        text.push_str(&before);
+        let mut index = 0;
+        for (section, entries) in [("callback_groups", groups), ("non_ros_threads", others)] {
+            text.push_str(&format!(
+                "{section}:{}{line_break}",
+                if entries.is_empty() { " []" } else { " # \u{e9}" }
+            ));
+            for it in entries {
+                let mut places = Vec::new();
+                text.push_str("  - ");
+                it.write(&format!("/n{index}"), &mut text, line_break, &mut places);
+                all.push(places);
+                index += 1;
+            }
+        }
+        text.push_str(&behind);
+        if text.len() % 3 == 0 {
+            text.truncate(text.trim_end().len());
+        }
+        (text, all)
+    }
+
+    fn meaning(entry: &ThreadEntry) -> Meaning {
+        let level = entry.priority.known().map(|it| it.cast_signed()).or(entry.nice.known().copied());
+        let id = entry.id.known().expect("an id").clone();
+        let cpus = entry.affinity.known().copied().unwrap_or_default();
+        (id, *entry.policy.known().expect("a policy"), level.expect("a level"), cpus)
+    }
+
+    fn meanings(text: &str) -> Vec<Meaning> {
+        let file = read_threads(text);
+        assert!(file.completeness.is_complete(), "{:?} of {text}", file.problems);
+        file.groups.iter().chain(&file.others).map(meaning).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+
+        #[test]
+        fn a_change_changes_the_values_of_one_entry(
+            groups in prop::collection::vec(written(), 1..4), others in prop::collection::vec(written(), 0..3), is_crlf in any::<bool>(),
+            index in any::<prop::sample::Index>(), policy in prop::option::of(0..5_usize), level in prop::option::weighted(0.8, 0..127_u8),
+            cpus in prop::option::of(prop::collection::btree_set(0..12_u32, 0..4)),
+        ) {
+            let (text, places) = file(&groups, &others, is_crlf);
+            let all: Vec<_> = groups.iter().chain(&others).collect();
+            let mut wanted: Vec<_> = all.iter().enumerate().map(|(index, it)| it.meaning(&format!("/n{index}"))).collect();
+            prop_assert_eq!(&meanings(&text), &wanted);
+            let index = index.index(all.len());
+            let old = all[index];
+            let new_policy = policy.map(|it| ThreadPolicy::ALL[it]);
+            let written = Written { policy: policy.unwrap_or(old.policy), level: level.unwrap_or(0), ..old.clone() };
+            let level = level.map(|_| written.level());
+            let cpus: Option<CpuSet> = cpus.map(|it| it.into_iter().collect());
+            let change = ThreadChange { policy: new_policy, level, affinity: cpus };
+            let place = match index.checked_sub(groups.len()) {
+                None => ThreadPlace::Group(index),
+                Some(index) => ThreadPlace::Other(index),
+            };
+            let is_other_class = written.policy().has_priority() != old.policy().has_priority();
+            match change_thread(&text, place, &change) {
+                Ok(edits) => {
+                    prop_assert!(!is_other_class || level.is_some());
+                    let it = &mut wanted[index];
+                    *it = (it.0.clone(), new_policy.unwrap_or(it.1), level.unwrap_or(it.2), cpus.unwrap_or(it.3));
+                    let (mut after, mut at) = (String::new(), 0);
+                    for edit in &edits {
+                        prop_assert!(edit.range.is_empty() || places[index].contains(&edit.range), "{:?} of\n{}", edit, text);
+                        after = after + &text[at..edit.range.start] + &edit.text;
+                        at = edit.range.end;
+                    }
+                    after += &text[at..];
+                    prop_assert_eq!(&meanings(&after), &wanted, "{}", after);
+                }
+                Err(EditRefusal::LevelNeeded) => prop_assert!(is_other_class && level.is_none()),
+                Err(EditRefusal::Shared(_)) => prop_assert!(old.anchor == 2 && level.is_some()),
+                Err(EditRefusal::Layout(_)) => prop_assert!(old.form == 4 && old.style == 0 && cpus.is_some()),
+                Err(refusal) => prop_assert!(false, "{:?} of\n{}", refusal, text),
+            }
+        }
+    }
+}
