@@ -22,11 +22,8 @@ pub use controllers::{
     AsyncScheduling, Controller, ControllerManager, ControllersFile, DEFAULT_THREAD_PRIORITY,
     DEFAULT_UPDATE_RATE, read_controllers,
 };
-pub use edit::{
-    ControlChange, ControlPlace, EditRefusal, ThreadChange, ThreadPlace, YamlEdit, apply_edits,
-    change_control, change_thread,
-};
+pub use edit::{EditRefusal, ThreadChange, ThreadPlace, YamlEdit, apply_edits, change_thread};
 pub use group_id::{GroupCallback, GroupId, InvalidGroupId};
 pub use problem::{ExpectedValue, FileProblem, FileProblemKind};
-pub use threads::{DeadlineParameters, ThreadEntry, ThreadPolicy, ThreadsFile, Throttling, read_threads};
+pub use threads::{ThreadEntry, ThreadPolicy, ThreadsFile, read_threads};
 pub use value::YamlValue;

@@ -23,7 +23,7 @@ use std::ops::Range;
 use mauve_timing::CpuSet;
 
 use super::problem::{ExpectedValue, FileProblem, FileProblemKind};
-use super::value::{ValueReader, YamlValue, cpus, integer};
+use super::value::{ValueReader, YamlValue, cpu, cpus};
 use super::yaml::{Lookup, NodeId, NodeKind, Yaml, parse};
 use crate::completeness::Completeness;
 
@@ -38,6 +38,12 @@ const MAX_NODES: usize = 1000;
 
 /// The longest name of a node, in bytes.
 const MAX_NAME: usize = 1000;
+
+/// The words for true and false, as `rcl_yaml_param_parser` has them.
+const WORDS: [[&str; 11]; 2] = [
+    ["N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"],
+    ["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"],
+];
 
 /// A `controllers.yaml`.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -72,11 +78,11 @@ pub struct ControllerManager {
 pub struct Controller {
     /// The name, without a namespace.
     pub name: String,
-    /// The place of its name in the parameters of the manager, or as a section.
+    /// The place of its name in the parameters of the manager.
     pub name_range: Range<usize>,
     /// The place of its own parameters, if the file has some.
     pub parameters: Option<Range<usize>>,
-    /// `type`; absent: only its section shows that it is a controller.
+    /// `type`.
     pub class: YamlValue<String>,
     /// `update_rate` in Hz; absent, and 0: that of the manager.
     pub update_rate: YamlValue<u32>,
@@ -84,7 +90,7 @@ pub struct Controller {
     pub is_async: YamlValue<bool>,
     /// `async_parameters.scheduling_policy`; absent: synchronized.
     pub scheduling: YamlValue<AsyncScheduling>,
-    /// `async_parameters.thread_priority`, from 1 to 99; see [`DEFAULT_THREAD_PRIORITY`].
+    /// `async_parameters.thread_priority`, else `thread_priority`, from 1 to 99; see [`DEFAULT_THREAD_PRIORITY`].
     pub thread_priority: YamlValue<u8>,
     /// `async_parameters.cpu_affinity`: Linux's CPUs, from 0; absent: those of the process.
     pub affinity: YamlValue<CpuSet>,
@@ -101,9 +107,8 @@ pub enum AsyncScheduling {
 
 /// The parameters of one or several nodes.
 struct NodeSection {
-    /// The name of the node, perhaps with wildcards.
+    /// The absolute name of the node, perhaps with wildcards.
     pattern: String,
-    key: NodeId,
     parameters: NodeId,
 }
 
@@ -113,23 +118,29 @@ pub fn read_controllers(text: &str) -> ControllersFile {
     let mut reader = ValueReader { yaml: &yaml, problems: Vec::new() };
     let mut sections = Vec::new();
     if let Some(root) = yaml.root() {
-        if yaml.is_mapping(root) {
-            collect_sections(&mut reader, root, "", &mut sections);
-        } else {
-            reader.wrong_kind("", ExpectedValue::Mapping, yaml.node(root).range.clone());
+        if yaml.mapping(root).is_none() {
+            reader.wrong_kind("", ExpectedValue::Mapping, yaml.range(root));
         }
+        collect_sections(&mut reader, root, "", &mut sections);
     }
-    for alias in yaml.nodes().iter().filter(|it| matches!(it.kind, NodeKind::Alias(_))) {
+    for alias in yaml.nodes.iter().filter(|it| matches!(it.kind, NodeKind::Alias(_))) {
         reader.problem(FileProblemKind::Alias, alias.range.clone());
     }
-    let managers = manager_sections(&yaml, &sections).into_iter();
-    let managers = managers.map(|section| manager(&mut reader, &sections, section)).collect();
-    let mut problems = reader.problems;
-    problems.extend(yaml.problems);
-    problems.sort_by_key(|it| it.range.start);
-    // A value in a section for several nodes is read once for each of them.
-    problems.dedup();
-    let completeness = Completeness::of(!problems.iter().any(|it| it.kind.is_error()));
+    let mut managers: Vec<&NodeSection> = Vec::new();
+    let is_manager = |it: &&NodeSection| it.pattern.ends_with("/controller_manager");
+    for section in sections.iter().filter(is_manager) {
+        if !managers.iter().any(|it| applies(&section.pattern, &it.pattern) == Some(true)) {
+            managers.retain(|it| applies(&it.pattern, &section.pattern) != Some(true));
+            managers.push(section);
+        }
+    }
+    if managers.is_empty() {
+        // A section of all nodes may have the parameters of the manager.
+        let has_types = |it: &&NodeSection| it.pattern == "/**" && !types(&yaml, it.parameters).is_empty();
+        managers.extend(sections.iter().find(has_types));
+    }
+    let managers = managers.into_iter().map(|own| manager(&mut reader, &sections, own)).collect();
+    let (problems, completeness) = reader.finish();
     ControllersFile { managers, problems, completeness }
 }
 
@@ -141,260 +152,388 @@ fn collect_sections(
     sections: &mut Vec<NodeSection>,
 ) {
     let yaml = reader.yaml;
-    for &(key, value) in yaml.entries(mapping) {
-        let range = || yaml.node(key).range.clone();
+    for &(key, value) in yaml.mapping(mapping).unwrap_or_default() {
         // A doubt about the key is a problem of its own.
         let Some(text) = yaml.key(key) else { continue };
-        let is_mapping = yaml.is_mapping(value) && !matches!(yaml.node(value).kind, NodeKind::Alias(_));
-        if !is_mapping {
-            reader.wrong_kind(text, ExpectedValue::Mapping, range());
+        let is_alias = matches!(yaml.node(value).kind, NodeKind::Alias(_));
+        if is_alias || yaml.mapping(value).is_none() {
+            reader.wrong_kind(text, ExpectedValue::Mapping, yaml.range(key));
         } else if sections.len() >= MAX_NODES || name.len() + text.len() > MAX_NAME {
-            reader.problem(FileProblemKind::TooLarge, range());
-            return;
+            return reader.problem(FileProblemKind::TooLarge, yaml.range(key));
         } else if text == "ros__parameters" {
-            sections.push(NodeSection { pattern: name.to_owned(), key, parameters: value });
+            sections.push(NodeSection { pattern: name.to_owned(), parameters: value });
         } else {
-            let name = format!("{name}/{}", text.trim_matches('/'));
-            collect_sections(reader, value, &name, sections);
+            collect_sections(reader, value, &format!("{name}/{}", text.trim_matches('/')), sections);
         }
     }
 }
 
-/// Returns the sections of controller managers. A section for several nodes is one if the file has none for a single manager.
-fn manager_sections<'s>(yaml: &Yaml, sections: &'s [NodeSection]) -> Vec<&'s NodeSection> {
-    let is_manager = |it: &&NodeSection| it.pattern.ends_with("/controller_manager");
-    let mut found: Vec<&NodeSection> = sections.iter().filter(is_manager).collect();
-    if found.is_empty() {
-        let has_types =
-            |it: &&NodeSection| it.pattern.ends_with('*') && !types(yaml, it.parameters).is_empty();
-        found.extend(sections.iter().find(has_types));
+/// Returns whether the parameters of a section are those of a node; `Some(false)`: perhaps.
+fn applies(pattern: &str, node: &str) -> Option<bool> {
+    let last = |it: &'_ str| it.rsplit('/').next().map(str::to_owned);
+    let is_same = pattern == node || pattern == "/**";
+    if is_same || pattern.strip_prefix("/**/").is_some_and(|it| last(node).as_deref() == Some(it)) {
+        return Some(true);
     }
-    let all = found.clone();
-    found.retain(|one| !all.iter().any(|it| it.pattern != one.pattern && matches(&one.pattern, &it.pattern)));
-    let mut names = Vec::new();
-    found.retain(|one| {
-        !names.contains(&&one.pattern) && {
-            names.push(&one.pattern);
-            true
-        }
-    });
-    found
+    // The namespace of a manager for which the file has a wildcard is unknown.
+    let is_perhaps = pattern.contains('*') || node.contains('*') && last(pattern) == last(node);
+    is_perhaps.then_some(false)
 }
 
-/// Returns the names of controllers in the parameters of a manager: those with a type.
+/// Returns the controllers in the parameters of a manager: those with a type.
 fn types(yaml: &Yaml, parameters: NodeId) -> Vec<(&str, NodeId)> {
-    let is_controller = |(key, value): &(NodeId, NodeId)| {
+    let controller = |(key, value): &(NodeId, NodeId)| {
         let name = yaml.key(*key)?;
+        let is_nested = matches!(yaml.find(*value, "type"), Lookup::Found(_));
         let dotted = name.strip_suffix(".type").filter(|name| !name.contains('.'));
-        let nested = || (yaml.find(*value, "type") != Lookup::Absent).then_some(name);
-        dotted.or_else(nested).map(|name| (name, *key))
+        dotted.or(is_nested.then_some(name)).map(|name| (name, *key))
     };
-    yaml.entries(parameters).iter().filter_map(is_controller).collect()
+    yaml.mapping(parameters).unwrap_or_default().iter().filter_map(controller).collect()
 }
 
-/// Returns whether a name of nodes with wildcards (`*`: one part, `**`: any parts) is that of a node.
-fn matches(pattern: &str, name: &str) -> bool {
-    let parts =
-        |text: &'_ str| text.split('/').filter(|it| !it.is_empty()).map(str::to_owned).collect::<Vec<_>>();
-    let (pattern, name) = (parts(pattern), parts(name));
-    let (mut at, mut of_name, mut star) = (0, 0, None);
-    while of_name < name.len() {
-        match (pattern.get(at), &mut star) {
-            (Some(part), _) if part == "**" => {
-                star = Some((at, of_name));
-                at += 1;
-            }
-            (Some(part), _) if part == "*" || *part == name[of_name] => {
-                at += 1;
-                of_name += 1;
-            }
-            (_, Some((star, from))) => {
-                *from += 1;
-                (at, of_name) = (*star + 1, *from);
-            }
-            _ => return false,
-        }
+/// The sections with parameters of a node, in the order of the file, and whether they are certainly of it.
+struct Parameters<'s>(Vec<(&'s NodeSection, bool)>);
+
+impl<'s> Parameters<'s> {
+    fn of(node: &str, sections: &'s [NodeSection]) -> Parameters<'s> {
+        let found = sections.iter().filter_map(|it| applies(&it.pattern, node).map(|is_its| (it, is_its)));
+        Parameters(found.collect())
     }
-    pattern[at..].iter().all(|part| part == "**")
-}
 
-/// The sections that set parameters of a node, in the order of the file; `false`: perhaps.
-type Sections<'s> = Vec<(&'s NodeSection, bool)>;
-
-fn sections_of<'s>(sections: &'s [NodeSection], name: &str) -> Sections<'s> {
-    let has_wildcard = name.contains('*');
-    let last = |text: &'_ str| text.rsplit('/').next().map(str::to_owned);
-    let applies = |it: &'s NodeSection| match matches(&it.pattern, name) {
-        true => Some((it, true)),
-        false => (has_wildcard && last(&it.pattern) == last(name)).then_some((it, false)),
-    };
-    sections.iter().filter_map(applies).collect()
-}
-
-/// Returns a parameter of a node: that of the last section that has it.
-fn parameter<T>(sections: &Sections<'_>, mut read: impl FnMut(NodeId) -> YamlValue<T>) -> YamlValue<T> {
-    for (section, is_certain) in sections.iter().rev() {
-        let found = read(section.parameters);
-        match found.range() {
-            Some(range) if !is_certain => return YamlValue::Unknown(range.clone()),
-            Some(_) => return found,
-            None => {}
+    /// Returns a parameter: that of the last section that has it.
+    fn value<T>(&self, mut read: impl FnMut(NodeId) -> YamlValue<T>) -> YamlValue<T> {
+        for (section, is_its) in self.0.iter().rev() {
+            let found = read(section.parameters);
+            match found.range() {
+                Some(range) if !is_its => return YamlValue::Unknown(range.clone()),
+                Some(_) => return found,
+                None => {}
+            }
         }
+        YamlValue::Absent
     }
-    YamlValue::Absent
 }
 
 fn manager(reader: &mut ValueReader<'_>, sections: &[NodeSection], own: &NodeSection) -> ControllerManager {
     let yaml = reader.yaml;
-    let of_manager = sections_of(sections, &own.pattern);
+    let parameters = Parameters::of(&own.pattern, sections);
     let namespace = own.pattern.strip_suffix("/controller_manager").unwrap_or(&own.pattern);
-    let mut names: Vec<(&str, NodeId)> = Vec::new();
-    for (section, _) in &of_manager {
-        names.extend(types(yaml, section.parameters));
-    }
-    names.sort_by_key(|it| it.0);
+    let mut names: Vec<_> = parameters.0.iter().flat_map(|it| types(yaml, it.0.parameters)).collect();
+    names.sort_by_key(|it| (it.0, it.1.0));
     names.dedup_by_key(|it| it.0);
-    for section in sections {
-        let Some((of, name)) = section.pattern.rsplit_once('/') else { continue };
-        let has = |key| yaml.find(section.parameters, key) != Lookup::Absent;
-        let is_controller = of == namespace && !name.contains('*') && name != "controller_manager";
-        if is_controller
-            && names.binary_search_by_key(&name, |it| it.0).is_err()
-            && ["update_rate", "is_async", "async_parameters"].into_iter().any(has)
-        {
-            let range = yaml.node(section.key).range.clone();
-            reader.problem(FileProblemKind::ControllerWithoutType(name.to_owned()), range);
-            names.push((name, section.key));
-            names.sort_by_key(|it| it.0);
-        }
-    }
+    names.sort_by_key(|it| it.1.0);
     if names.len() > MAX_NODES {
-        reader.problem(FileProblemKind::TooLarge, yaml.node(own.parameters).range.clone());
+        reader.problem(FileProblemKind::TooLarge, yaml.range(own.parameters));
         names.truncate(MAX_NODES);
     }
-    names.sort_by_key(|it| yaml.node(it.1).range.start);
-    let update_rate =
-        parameter(&of_manager, |it| reader.integer(it, "update_rate", 1..=i32::MAX.into(), true));
-    let thread_priority = parameter(&of_manager, |it| reader.integer(it, "thread_priority", 1..=99, true));
-    let affinity = parameter(&of_manager, |it| {
-        reader.value(it, "cpu_affinity", ExpectedValue::Cpus, |yaml, node| {
-            let one = || integer(yaml, node, true).and_then(|it| u32::try_from(it).ok()).map(CpuSet::of);
-            cpus(yaml, node, true).or_else(one).filter(|it| !it.is_empty())
-        })
+    let controllers = names.into_iter().map(|(name, key)| {
+        let own = Parameters::of(&format!("{namespace}/{name}"), sections);
+        controller(reader, &parameters, &own, (name, key))
     });
-    let controllers = names
-        .into_iter()
-        .map(|(name, key)| {
-            controller(reader, &of_manager, &sections_of(sections, &format!("{namespace}/{name}")), name, key)
-        })
-        .collect();
-    let range = yaml.node(own.parameters).range.clone();
+    let controllers = controllers.collect();
     ControllerManager {
         name: own.pattern.clone(),
-        range,
-        update_rate,
-        thread_priority,
-        affinity,
+        range: yaml.range(own.parameters),
+        update_rate: parameters.value(|it| reader.integer(it, "update_rate", 1..=i32::MAX.into(), true)),
+        thread_priority: parameters.value(|it| reader.integer(it, "thread_priority", 1..=99, true)),
+        affinity: parameters.value(|it| {
+            reader.value(it, "cpu_affinity", ExpectedValue::Cpus, |yaml, node| {
+                cpus(yaml, node, true).filter(|it| !it.is_empty()).or_else(|| cpu(yaml, node, true))
+            })
+        }),
         controllers,
     }
 }
 
 fn controller(
     reader: &mut ValueReader<'_>,
-    of_manager: &Sections<'_>,
-    sections: &Sections<'_>,
-    name: &str,
-    key: NodeId,
+    of_manager: &Parameters<'_>,
+    own: &Parameters<'_>,
+    (name, key): (&str, NodeId),
 ) -> Controller {
     let yaml = reader.yaml;
-    let class = parameter(of_manager, |it| reader.text(it, &format!("{name}.type")));
-    let mut elsewhere = None;
-    for (section, _) in of_manager {
-        match yaml.find(section.parameters, &format!("{name}.params_file")) {
-            Lookup::Absent => {}
-            Lookup::Unknown(range) => elsewhere = Some(range),
-            Lookup::Found(node) => elsewhere = Some(yaml.node(node).range.clone()),
-        }
-    }
-    if let Some(range) = &elsewhere {
+    let file = of_manager.value(|it| match yaml.find(it, &format!("{name}.params_file")) {
+        Lookup::Absent => YamlValue::Absent,
+        Lookup::Unknown(range) => YamlValue::Unknown(range),
+        Lookup::Found(node) => YamlValue::<()>::Unknown(yaml.range(node)),
+    });
+    let elsewhere = file.range();
+    if let Some(range) = elsewhere {
         reader.problem(FileProblemKind::ParametersElsewhere, range.clone());
     }
-    let update_rate = parameter(sections, |it| reader.integer(it, "update_rate", 0..=i32::MAX.into(), true));
-    let is_async = parameter(sections, |it| reader.value(it, "is_async", ExpectedValue::Bool, boolean));
-    let scheduling = parameter(sections, |it| {
+    let mut thread_priority =
+        own.value(|it| reader.integer(it, "async_parameters.thread_priority", 1..=99, true));
+    if thread_priority.range().is_none() {
+        thread_priority = own.value(|it| reader.integer(it, "thread_priority", 1..=99, true));
+        if let Some(range) = thread_priority.range() {
+            reader.problem(FileProblemKind::DeprecatedPriority, range.clone());
+        }
+    }
+    let scheduling = own.value(|it| {
         let values = [AsyncScheduling::Synchronized, AsyncScheduling::Detached];
         reader.named(it, "async_parameters.scheduling_policy", (&["synchronized", "detached"], &values))
     });
     if let YamlValue::Known { value: AsyncScheduling::Detached, range } = &scheduling {
         reader.problem(FileProblemKind::DetachedController, range.clone());
     }
-    let mut thread_priority =
-        parameter(sections, |it| reader.integer(it, "async_parameters.thread_priority", 1..=99, true));
-    if is_async.range().is_some() && thread_priority.range().is_none() {
-        thread_priority = parameter(sections, |it| reader.integer(it, "thread_priority", 1..=99, true));
-        if let Some(range) = thread_priority.range() {
-            reader.problem(FileProblemKind::DeprecatedPriority, range.clone());
-        }
-    }
-    let affinity = parameter(sections, |it| {
-        reader.value(it, "async_parameters.cpu_affinity", ExpectedValue::Cpus, |yaml, node| {
-            cpus(yaml, node, true).filter(|it| !it.is_empty())
-        })
-    });
-    let own = sections.iter().rev().find(|it| it.1 && !it.0.pattern.ends_with('*'));
+    let parameters = own.0.iter().rfind(|it| it.1 && !it.0.pattern.contains('*'));
     Controller {
         name: name.to_owned(),
-        name_range: yaml.node(key).range.clone(),
-        parameters: own.map(|it| yaml.node(it.0.parameters).range.clone()),
-        class,
-        update_rate: unless(update_rate, &elsewhere),
-        is_async: unless(is_async, &elsewhere),
-        scheduling: unless(scheduling, &elsewhere),
-        thread_priority: unless(thread_priority, &elsewhere),
-        affinity: unless(affinity, &elsewhere),
+        name_range: yaml.range(key),
+        parameters: parameters.map(|it| yaml.range(it.0.parameters)),
+        class: of_manager.value(|it| reader.text(it, &format!("{name}.type"))),
+        update_rate: unless(
+            elsewhere,
+            own.value(|it| reader.integer(it, "update_rate", 0..=i32::MAX.into(), true)),
+        ),
+        is_async: unless(
+            elsewhere,
+            own.value(|it| {
+                reader.value(it, "is_async", ExpectedValue::Bool, |yaml, node| {
+                    WORDS
+                        .iter()
+                        .position(|words| yaml.plain(node).is_some_and(|it| words.contains(&it)))
+                        .map(|it| it > 0)
+                })
+            }),
+        ),
+        scheduling: unless(elsewhere, scheduling),
+        thread_priority: unless(elsewhere, thread_priority),
+        affinity: unless(
+            elsewhere,
+            own.value(|it| {
+                reader.value(it, "async_parameters.cpu_affinity", ExpectedValue::Cpus, |yaml, node| {
+                    cpus(yaml, node, true).filter(|it| !it.is_empty())
+                })
+            }),
+        ),
     }
 }
 
 /// Returns an unknown value if another file may have it.
-fn unless<T>(value: YamlValue<T>, elsewhere: &Option<Range<usize>>) -> YamlValue<T> {
-    match elsewhere {
-        Some(range) => YamlValue::Unknown(range.clone()),
-        None => value,
-    }
+fn unless<T>(elsewhere: Option<&Range<usize>>, value: YamlValue<T>) -> YamlValue<T> {
+    elsewhere.map_or(value, |range| YamlValue::Unknown(range.clone()))
 }
 
-/// Returns a truth value as `rcl_yaml_param_parser` has it.
-fn boolean(yaml: &Yaml, id: NodeId) -> Option<bool> {
-    let text = yaml.text(id).filter(|_| yaml.is_plain(id))?;
-    match text {
-        "Y" | "y" | "yes" | "Yes" | "YES" | "true" | "True" | "TRUE" | "on" | "On" | "ON" => Some(true),
-        "N" | "n" | "no" | "No" | "NO" | "false" | "False" | "FALSE" | "off" | "Off" | "OFF" => Some(false),
-        _ => None,
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl ControllersFile {
-    /// Returns the file without places and problems, to compare values.
-    pub(super) fn placeless(self) -> Vec<ControllerManager> {
-        let controller = |it: Controller| Controller {
-            name: it.name,
-            name_range: 0..0,
-            parameters: it.parameters.map(|_| 0..0),
-            class: it.class.placeless(),
-            update_rate: it.update_rate.placeless(),
-            is_async: it.is_async.placeless(),
-            scheduling: it.scheduling.placeless(),
-            thread_priority: it.thread_priority.placeless(),
-            affinity: it.affinity.placeless(),
+    fn known<T: Clone>(value: &YamlValue<T>) -> T {
+        value.known().expect("a value").clone()
+    }
+
+    fn kinds(file: &ControllersFile) -> Vec<&FileProblemKind> {
+        file.problems.iter().map(|it| &it.kind).collect()
+    }
+
+    const FILE: &str = "\
+controller_manager:
+  ros__parameters:
+    update_rate: 1000  # Hz
+    thread_priority: 98
+    cpu_affinity: [2]
+    joint_state_broadcaster:
+      type: joint_state_broadcaster/JointStateBroadcaster
+    body_controller:
+      type: body_controllers/BodyController
+    predictive.type: body_controllers/PredictiveController
+
+body_controller:
+  ros__parameters:
+    update_rate: 250
+    joints: [hip, knee, ankle]
+
+predictive:
+  ros__parameters:
+    update_rate: 20
+    is_async: true
+    async_parameters:
+      scheduling_policy: synchronized
+      thread_priority: 40
+    async_parameters.cpu_affinity: [3, 1]
+";
+
+    #[test]
+    fn the_control_loop_and_its_controllers_are_read() {
+        let file = read_controllers(FILE);
+        assert_eq!((kinds(&file), file.completeness.is_complete()), (vec![], true));
+        let [manager] = file.managers.as_slice() else { panic!("{file:?}") };
+        assert_eq!(manager.name, "/controller_manager");
+        assert_eq!((known(&manager.update_rate), known(&manager.thread_priority)), (1000, 98));
+        assert_eq!(known(&manager.affinity), CpuSet::of(2));
+        assert_eq!(&FILE[manager.update_rate.range().unwrap().clone()], "1000");
+        assert!(FILE[manager.range.clone()].starts_with("update_rate: 1000"));
+        let [broadcaster, body, predictive] = manager.controllers.as_slice() else { panic!("{manager:?}") };
+        assert_eq!((broadcaster.name.as_str(), &broadcaster.parameters), ("joint_state_broadcaster", &None));
+        assert_eq!(
+            (&broadcaster.update_rate, &broadcaster.is_async),
+            (&YamlValue::Absent, &YamlValue::Absent)
+        );
+        assert_eq!(known(&body.class), "body_controllers/BodyController");
+        assert_eq!(known(&body.update_rate), 250);
+        assert!(FILE[body.parameters.clone().unwrap()].starts_with("update_rate: 250"));
+        assert_eq!(
+            (predictive.name.as_str(), &FILE[predictive.name_range.clone()]),
+            ("predictive", "predictive.type")
+        );
+        assert_eq!(
+            (known(&predictive.is_async), known(&predictive.scheduling)),
+            (true, AsyncScheduling::Synchronized)
+        );
+        assert_eq!(
+            (known(&predictive.thread_priority), known(&predictive.affinity)),
+            (40, CpuSet::of(3) | CpuSet::of(1))
+        );
+    }
+
+    #[test]
+    fn namespaces_and_wildcards_name_nodes() {
+        let manager = "ros__parameters: {update_rate: 50, a: {type: p/A}}";
+        let own = "ros__parameters: {update_rate: 25}";
+        for (text, name, rate) in [
+            (
+                format!("/ns/controller_manager: {{{manager}}}\n/ns/a: {{{own}}}\n"),
+                "/ns/controller_manager",
+                "25",
+            ),
+            (
+                format!("ns: {{controller_manager: {{{manager}}}, a: {{{own}}}}}\n"),
+                "/ns/controller_manager",
+                "25",
+            ),
+            (
+                format!("/ns/controller_manager: {{{manager}}}\na: {{{own}}}\n"),
+                "/ns/controller_manager",
+                "absent",
+            ),
+            (
+                format!("/**/controller_manager: {{{manager}}}\n/**/a: {{{own}}}\n"),
+                "/**/controller_manager",
+                "25",
+            ),
+            (
+                format!("/**: {{controller_manager: {{{manager}}}, a: {{{own}}}}}\n"),
+                "/**/controller_manager",
+                "25",
+            ),
+            (
+                format!("/**/controller_manager: {{{manager}}}\na: {{{own}}}\n"),
+                "/**/controller_manager",
+                "unknown",
+            ),
+            (format!("/**: {{{manager}}}\n/a: {{{own}}}\n"), "/**", "unknown"),
+            (
+                format!("controller_manager: {{{manager}}}\n/*/a: {{{own}}}\n"),
+                "/controller_manager",
+                "unknown",
+            ),
+            (format!("controller_manager: {{{manager}}}\n/**: {{{own}}}\n"), "/controller_manager", "25"),
+            // The last section counts.
+            (
+                format!(
+                    "controller_manager: {{{manager}}}\na: {{{own}}}\n/**/a: {{ros__parameters: {{update_rate: 5}}}}\n"
+                ),
+                "/controller_manager",
+                "5",
+            ),
+        ] {
+            let file = read_controllers(&text);
+            assert_eq!((kinds(&file), file.managers.len()), (vec![], 1), "{text}");
+            assert_eq!(file.managers[0].name, name);
+            let found = match &file.managers[0].controllers[0].update_rate {
+                YamlValue::Known { value, .. } => value.to_string(),
+                YamlValue::Unknown(_) => "unknown".to_owned(),
+                YamlValue::Absent => "absent".to_owned(),
+            };
+            assert_eq!(found, rate, "{text}");
+        }
+        let two = format!(
+            "/l/controller_manager: {{{manager}}}\n/r/controller_manager: {{{manager}}}\n/**/controller_manager: {{ros__parameters: {{thread_priority: 3}}}}\n"
+        );
+        let file = read_controllers(&two);
+        assert_eq!(file.managers.iter().map(|it| known(&it.thread_priority)).collect::<Vec<_>>(), [3, 3]);
+    }
+
+    #[test]
+    fn wrong_values_are_unknown_and_never_absent() {
+        let manager = |parameters: &str| {
+            let file = read_controllers(&format!(
+                "controller_manager:\n  ros__parameters: {{{parameters}, a.type: p/A}}\n"
+            ));
+            let count = file.problems.len();
+            assert_eq!(file.completeness.is_complete(), count == 0);
+            (file.managers.into_iter().next().unwrap(), count)
         };
-        let manager = |it: ControllerManager| ControllerManager {
-            name: it.name,
-            range: 0..0,
-            update_rate: it.update_rate.placeless(),
-            thread_priority: it.thread_priority.placeless(),
-            affinity: it.affinity.placeless(),
-            controllers: it.controllers.into_iter().map(controller).collect(),
+        for rate in ["0", "-1", "'100'", "100.0", "0100", "fast", "~", "", "[100]", "1e3"] {
+            let (manager, count) = manager(&format!("update_rate: {rate}"));
+            assert!(matches!(manager.update_rate, YamlValue::Unknown(_)) && count == 1, "{rate}");
+        }
+        for cpus in ["[]", "-1", "128", "[a]", "['1']", "'1'", "{a: 1}"] {
+            let (manager, count) = manager(&format!("cpu_affinity: {cpus}"));
+            assert!(matches!(manager.affinity, YamlValue::Unknown(_)) && count == 1, "{cpus}");
+        }
+        assert_eq!(known(&manager("cpu_affinity: 0").0.affinity), CpuSet::of(0));
+        let controller = |parameters: &str| {
+            let file = read_controllers(&format!(
+                "controller_manager: {{ros__parameters: {{a.type: p/A}}}}\na: {{ros__parameters: {{{parameters}}}}}\n"
+            ));
+            let problems = file.problems.into_iter().map(|it| it.kind).collect::<Vec<_>>();
+            (file.managers.into_iter().next().unwrap().controllers.remove(0), problems)
         };
-        self.managers.into_iter().map(manager).collect()
+        for is_async in ["'true'", "1", "tRue", "[true]"] {
+            let (controller, problems) = controller(&format!("is_async: {is_async}"));
+            assert!(
+                matches!(controller.is_async, YamlValue::Unknown(_)) && problems.len() == 1,
+                "{is_async}"
+            );
+        }
+        assert_eq!(
+            ["on", "Y", "OFF", "no"].map(|it| known(&controller(&format!("is_async: {it}")).0.is_async)),
+            [true, true, false, false]
+        );
+        let (it, problems) = controller(
+            "async_parameters: {scheduling_policy: other, cpu_affinity: 1, thread_priority: 0}, thread_priority: 3",
+        );
+        assert_eq!(problems.len(), 3);
+        assert!(matches!(
+            (it.scheduling, it.affinity, it.thread_priority),
+            (YamlValue::Unknown(_), YamlValue::Unknown(_), YamlValue::Unknown(_))
+        ));
+        let (it, problems) =
+            controller("async_parameters: {scheduling_policy: detached}, thread_priority: 3");
+        assert_eq!(problems, [FileProblemKind::DetachedController, FileProblemKind::DeprecatedPriority]);
+        assert_eq!(known(&it.thread_priority), 3);
+        let (it, _) = controller("async_parameters: 3");
+        assert!(matches!(it.thread_priority, YamlValue::Unknown(_)));
+        let (it, problems) = controller("update_rate: 3, update_rate: 4");
+        assert!(matches!(it.update_rate, YamlValue::Unknown(_)) && problems.len() == 1);
+        // The values of another file are unknown.
+        let file = read_controllers(
+            "controller_manager: {ros__parameters: {a: {type: p/A, params_file: x.yaml}}}\n",
+        );
+        assert!(matches!(file.managers[0].controllers[0].is_async, YamlValue::Unknown(_)));
+        assert_eq!(kinds(&file), [&FileProblemKind::ParametersElsewhere]);
+    }
+
+    #[test]
+    fn files_that_their_reader_refuses_are_incomplete() {
+        for text in [
+            "x: &a 1\n",
+            "controller_manager: 3\n",
+            "- a\n",
+            "a",
+            "a: {ros__parameters: [\n",
+            "a: {ros__parameters: }\n",
+        ] {
+            let file = read_controllers(text);
+            assert!(!file.problems.is_empty() && file.completeness.is_incomplete(), "{text}");
+        }
+        let file = read_controllers("a: {ros__parameters: {x: &x 1, y: *x}}\n");
+        assert_eq!(kinds(&file), [&FileProblemKind::Alias]);
+        assert_eq!(read_controllers("").managers, []);
+        let many: String =
+            (0..2 * MAX_NODES).map(|it| format!("n{it}: {{ros__parameters: {{}}}}\n")).collect();
+        assert_eq!(kinds(&read_controllers(&many)), [&FileProblemKind::TooLarge]);
     }
 }

@@ -1,6 +1,6 @@
 //! Changes of single values in a file, as edits of its text that change no other byte.
 //!
-//! A change is confirmed: the edited text is read again, and must have the new values, all other values as before, and no new problem.
+//! A change is confirmed: the edited text is parsed again, and must have the new values, and all other keys and values as before.
 //! Otherwise it is refused. A value behind an anchor that has aliases belongs to several entries: its change is refused.
 
 use std::ops::Range;
@@ -9,9 +9,7 @@ use mauve_timing::CpuSet;
 use saphyr_parser::ScalarStyle;
 
 use super::controllers::read_controllers;
-use super::problem::FileProblem;
-use super::threads::{DeadlineParameters, ThreadPolicy, read_threads};
-use super::value::YamlValue;
+use super::threads::{ThreadEntry, ThreadPolicy, read_threads};
 use super::yaml::{Lookup, NodeId, NodeKind, Yaml, YamlNode, parse};
 
 /// An edit of a text: a range in bytes, and the text instead. Several edits are in the order of the text, and do not overlap.
@@ -28,55 +26,41 @@ pub struct YamlEdit {
 pub enum EditRefusal {
     /// The file has no such entry, or the entry is an alias.
     NoSuchEntry,
-    /// The text is not completely read as YAML.
+    /// The text is not YAML, or readers disagree on its keys.
     Incomplete,
-    /// Aliases refer to the value, or to what contains it: other entries would change.
+    /// Aliases refer to what is at this place, or other nodes have this parameter too: other entries would change.
     Shared(Range<usize>),
-    /// The value at this place is written in a form that is not edited: a block text, a comment within a list, a tag, a key twice.
+    /// The value at this place is written in a form that is not edited: a block text, a comment within a list, a tag.
     Layout(Range<usize>),
     /// The new policy needs a new priority, or a new nice value.
     LevelNeeded,
     /// A value that the file cannot have.
     InvalidValue,
-    /// The edited text does not have the new values, or changes other values.
+    /// The edited text would have other keys or values.
     NotConfirmed,
 }
 
-/// A thread of a `threads.yaml`, by its index.
+/// A thread in a file, by its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ThreadPlace {
-    /// In `callback_groups`.
+    /// In `callback_groups` of a `threads.yaml`.
     Group(usize),
-    /// In `non_ros_threads`.
+    /// In `non_ros_threads` of a `threads.yaml`.
     Other(usize),
+    /// The control loop of a manager in a `controllers.yaml`.
+    Manager(usize),
+    /// An asynchronous controller in a `controllers.yaml`: the indices of its manager, and of the controller.
+    Controller(usize, usize),
 }
 
 /// A change of a thread; `None`: as before.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct ThreadChange {
-    /// The policy; not `SCHED_DEADLINE`.
+    /// The policy, in a `threads.yaml`; not a change to `SCHED_DEADLINE`.
     pub policy: Option<ThreadPolicy>,
     /// The priority, or the nice value, as the policy has it.
     pub level: Option<i8>,
-    /// Linux's CPUs, from 0; empty: those of the process.
-    pub affinity: Option<CpuSet>,
-}
-
-/// A thread of a `controllers.yaml`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ControlPlace {
-    /// The control loop of a manager, by its index.
-    Manager(usize),
-    /// An asynchronous controller: the indices of its manager, and of the controller.
-    Controller(usize, usize),
-}
-
-/// A change of a thread of ros2_control; `None`: as before.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
-pub struct ControlChange {
-    /// The priority, from 1 to 99.
-    pub thread_priority: Option<u8>,
-    /// Linux's CPUs, from 0; at least one.
+    /// Linux's CPUs, from 0. Empty, in a `threads.yaml`: those of the process.
     pub affinity: Option<CpuSet>,
 }
 
@@ -92,7 +76,7 @@ pub fn apply_edits(text: &str, edits: &[YamlEdit]) -> String {
     edited
 }
 
-/// Returns the edits that change a thread of a `threads.yaml`.
+/// Returns the edits that change a thread.
 ///
 /// # Errors
 ///
@@ -102,221 +86,175 @@ pub fn change_thread(
     place: ThreadPlace,
     change: &ThreadChange,
 ) -> Result<Vec<YamlEdit>, EditRefusal> {
-    let before = read_threads(text);
-    let entry = match place {
-        ThreadPlace::Group(index) => before.groups.get(index),
-        ThreadPlace::Other(index) => before.others.get(index),
-    };
-    let entry = entry.ok_or(EditRefusal::NoSuchEntry)?;
-    let mut editor = Editor::new(text)?;
-    let mapping = editor.yaml.mapping_at(&entry.range).ok_or(EditRefusal::NoSuchEntry)?;
-    let old = entry.policy.known().copied();
-    let policy = change.policy.or(old);
-    let is_other_class = policy.is_some_and(|new| {
-        old.is_none_or(|old| (old.has_priority(), old.has_nice()) != (new.has_priority(), new.has_nice()))
-    });
-    if change.policy == Some(ThreadPolicy::Deadline) && is_other_class {
-        return Err(EditRefusal::InvalidValue);
+    let yaml = parse(text);
+    if !yaml.problems.is_empty() {
+        return Err(EditRefusal::Incomplete);
     }
-    if is_other_class && change.level.is_none() {
-        return Err(EditRefusal::LevelNeeded);
+    let mut editor = Editor { text, yaml, changes: Vec::new() };
+    match place {
+        ThreadPlace::Group(index) => editor.thread(read_threads(text).groups.get(index), change)?,
+        ThreadPlace::Other(index) => editor.thread(read_threads(text).others.get(index), change)?,
+        ThreadPlace::Manager(manager) => editor.control(manager, None, change)?,
+        ThreadPlace::Controller(manager, controller) => editor.control(manager, Some(controller), change)?,
     }
-    let mut wanted = before.clone().placeless();
-    let new = match place {
-        ThreadPlace::Group(index) => wanted.groups.get_mut(index),
-        ThreadPlace::Other(index) => wanted.others.get_mut(index),
-    };
-    let new = new.ok_or(EditRefusal::NoSuchEntry)?;
-    if let Some(policy) = change.policy {
-        editor.set(mapping, "policy", &NewValue::Word(policy.name().to_owned()))?;
-        new.policy = known(policy);
-    }
-    if let Some(level) = change.level {
-        let value = NewValue::Word(level.to_string());
-        let has = |key| editor.yaml.find(mapping, key) != Lookup::Absent;
-        if policy.is_some_and(ThreadPolicy::has_priority) && (1..=99).contains(&level) {
-            editor.set(mapping, "priority", &value)?;
-            (new.priority, new.nice) = (known(level.unsigned_abs()), YamlValue::Absent);
-        } else if policy.is_some_and(ThreadPolicy::has_nice) && (-20..=19).contains(&level) {
-            // Older readers read the nice value in `priority`.
-            let (in_nice, in_priority) = (is_other_class || has("nice"), has("priority"));
-            if in_nice {
-                editor.set(mapping, "nice", &value)?;
-            }
-            if in_priority && (is_other_class || !in_nice) {
-                editor.set(mapping, "priority", &value)?;
-            }
-            (new.nice, new.priority) = (known(level), YamlValue::Absent);
-        } else {
-            return Err(EditRefusal::InvalidValue);
-        }
-        new.deadline = DeadlineParameters::default();
-    }
-    if let Some(cpus) = change.affinity {
-        editor.set(mapping, "affinity", &NewValue::Cpus { cpus, may_be_number: false })?;
-        new.affinity = known(cpus);
-    }
-    editor.confirm(&before.problems, |text| {
-        let after = read_threads(text);
-        (after.problems.clone(), after.placeless() == wanted)
-    })
-}
-
-/// Returns the edits that change a thread of a `controllers.yaml`.
-///
-/// # Errors
-///
-/// The change is refused.
-pub fn change_control(
-    text: &str,
-    place: ControlPlace,
-    change: &ControlChange,
-) -> Result<Vec<YamlEdit>, EditRefusal> {
-    let before = read_controllers(text);
-    let mut editor = Editor::new(text)?;
-    let (ControlPlace::Manager(index) | ControlPlace::Controller(index, _)) = place;
-    let manager = before.managers.get(index).ok_or(EditRefusal::NoSuchEntry)?;
-    let range = match place {
-        ControlPlace::Manager(_) => Some(&manager.range),
-        ControlPlace::Controller(_, index) => {
-            manager.controllers.get(index).and_then(|it| it.parameters.as_ref())
-        }
-    };
-    let mapping = range.and_then(|it| editor.yaml.mapping_at(it)).ok_or(EditRefusal::NoSuchEntry)?;
-    let mut wanted = before.clone().placeless();
-    let manager = wanted.get_mut(index).ok_or(EditRefusal::NoSuchEntry)?;
-    let (thread_priority, affinity, keys) = match place {
-        ControlPlace::Manager(_) => {
-            (&mut manager.thread_priority, &mut manager.affinity, ["thread_priority", "cpu_affinity"])
-        }
-        ControlPlace::Controller(_, index) => {
-            let it = manager.controllers.get_mut(index).ok_or(EditRefusal::NoSuchEntry)?;
-            let keys = ["async_parameters.thread_priority", "async_parameters.cpu_affinity"];
-            (&mut it.thread_priority, &mut it.affinity, keys)
-        }
-    };
-    if let Some(priority) = change.thread_priority {
-        if !(1..=99).contains(&priority) {
-            return Err(EditRefusal::InvalidValue);
-        }
-        editor.set(mapping, keys[0], &NewValue::Number(priority))?;
-        *thread_priority = known(priority);
-    }
-    if let Some(cpus) = change.affinity {
-        if cpus.is_empty() {
-            return Err(EditRefusal::InvalidValue);
-        }
-        let may_be_number = matches!(place, ControlPlace::Manager(_));
-        editor.set(mapping, keys[1], &NewValue::Cpus { cpus, may_be_number })?;
-        *affinity = known(cpus);
-    }
-    editor.confirm(&before.problems, |text| {
-        let after = read_controllers(text);
-        (after.problems.clone(), after.placeless() == wanted)
-    })
-}
-
-fn known<T>(value: T) -> YamlValue<T> {
-    YamlValue::Known { value, range: 0..0 }
+    editor.confirm()
 }
 
 /// A new value of a key.
 enum NewValue {
     /// A text or a number, in the quotes of the old value.
     Word(String),
-    /// A number without quotes.
-    Number(u8),
-    /// A list of CPUs; one of them may be a number instead of a list, if the old value is one.
+    /// A list of CPUs. `may_be_number`: one CPU stays a number, if the old value is one.
     Cpus { cpus: CpuSet, may_be_number: bool },
 }
 
-impl NewValue {
-    fn text(&self) -> String {
-        match self {
-            NewValue::Word(word) => word.clone(),
-            NewValue::Number(number) => number.to_string(),
-            NewValue::Cpus { cpus, .. } => {
-                let cpus: Vec<_> = cpus.iter().map(|cpu| cpu.to_string()).collect();
-                format!("[{}]", cpus.join(", "))
-            }
-        }
-    }
+struct Change {
+    /// The value that is replaced, or behind which a key is inserted.
+    node: NodeId,
+    is_insertion: bool,
+    edit: YamlEdit,
+    /// The new key and value, as [`Editor::tokens`] has them.
+    tokens: Vec<String>,
 }
 
 struct Editor<'t> {
     text: &'t str,
     yaml: Yaml,
-    /// Edits of values.
-    edits: Vec<YamlEdit>,
-    /// Insertions of keys: behind an edit of a value at the same place.
-    insertions: Vec<YamlEdit>,
+    changes: Vec<Change>,
 }
 
-impl<'t> Editor<'t> {
-    fn new(text: &'t str) -> Result<Editor<'t>, EditRefusal> {
-        let yaml = parse(text);
-        match yaml.problems.is_empty() {
-            true => Ok(Editor { text, yaml, edits: Vec::new(), insertions: Vec::new() }),
-            false => Err(EditRefusal::Incomplete),
+impl Editor<'_> {
+    fn thread(&mut self, entry: Option<&ThreadEntry>, change: &ThreadChange) -> Result<(), EditRefusal> {
+        let entry = entry.ok_or(EditRefusal::NoSuchEntry)?;
+        let mapping = self.mapping_at(Some(&entry.range))?;
+        let old = entry.policy.known().copied();
+        let policy = change.policy.or(old);
+        let has_class_of = |old: ThreadPolicy| {
+            policy.is_some_and(|new| {
+                (new.has_priority(), new.has_nice()) == (old.has_priority(), old.has_nice())
+            })
+        };
+        let has_new_class = change.policy.is_some() && !old.is_some_and(has_class_of);
+        if has_new_class && change.level.is_none() {
+            return Err(EditRefusal::LevelNeeded);
         }
+        if let Some(policy) = change.policy {
+            self.set(mapping, "policy", &NewValue::Word(policy.name().to_owned()))?;
+        }
+        if let Some(level) = change.level {
+            let value = NewValue::Word(level.to_string());
+            let has = |key| self.yaml.find(mapping, key) != Lookup::Absent;
+            if policy.is_some_and(ThreadPolicy::has_priority) && (1..=99).contains(&level) {
+                self.set(mapping, "priority", &value)?;
+            } else if policy.is_some_and(ThreadPolicy::has_nice) && (-20..=19).contains(&level) {
+                let in_nice = has_new_class || has("nice");
+                // Older readers have the nice value in `priority`.
+                if !in_nice || has_new_class && has("priority") {
+                    self.set(mapping, "priority", &value)?;
+                }
+                if in_nice {
+                    self.set(mapping, "nice", &value)?;
+                }
+            } else {
+                return Err(EditRefusal::InvalidValue);
+            }
+        }
+        match change.affinity {
+            Some(cpus) => self.set(mapping, "affinity", &NewValue::Cpus { cpus, may_be_number: false }),
+            None => Ok(()),
+        }
+    }
+
+    fn control(
+        &mut self,
+        manager: usize,
+        controller: Option<usize>,
+        change: &ThreadChange,
+    ) -> Result<(), EditRefusal> {
+        let file = read_controllers(self.text);
+        let manager = file.managers.get(manager).ok_or(EditRefusal::NoSuchEntry)?;
+        let (range, priority, affinity, keys) = match controller {
+            None => {
+                let keys = ["thread_priority", "cpu_affinity"];
+                (Some(&manager.range), &manager.thread_priority, &manager.affinity, keys)
+            }
+            Some(index) => {
+                let it = manager.controllers.get(index).ok_or(EditRefusal::NoSuchEntry)?;
+                let keys = ["async_parameters.thread_priority", "async_parameters.cpu_affinity"];
+                (it.parameters.as_ref(), &it.thread_priority, &it.affinity, keys)
+            }
+        };
+        let mapping = self.mapping_at(range)?;
+        let is_elsewhere = |it: &&Range<usize>| range.is_none_or(|own| !contains(own, it));
+        let level = change.level.map(|level| (keys[0], NewValue::Word(level.to_string()), priority.range()));
+        let cpus = change.affinity.map(|cpus| {
+            (keys[1], NewValue::Cpus { cpus, may_be_number: controller.is_none() }, affinity.range())
+        });
+        let is_valid = change.level.is_none_or(|level| (1..=99).contains(&level))
+            && change.affinity.is_none_or(|cpus| !cpus.is_empty());
+        if !is_valid || change.policy.is_some() {
+            return Err(EditRefusal::InvalidValue);
+        }
+        for (key, value, old) in level.into_iter().chain(cpus) {
+            if let Some(range) = old.filter(is_elsewhere) {
+                return Err(EditRefusal::Shared(range.clone()));
+            }
+            self.set(mapping, key, &value)?;
+        }
+        Ok(())
+    }
+
+    fn mapping_at(&self, range: Option<&Range<usize>>) -> Result<NodeId, EditRefusal> {
+        let mut nodes = self.yaml.nodes.iter();
+        let index = nodes.position(|it| Some(&it.range) == range && matches!(it.kind, NodeKind::Mapping(_)));
+        index.map(NodeId).ok_or(EditRefusal::NoSuchEntry)
     }
 
     /// Sets the value of a key of a mapping.
     fn set(&mut self, mapping: NodeId, key: &str, value: &NewValue) -> Result<(), EditRefusal> {
-        match self.yaml.find(mapping, key) {
-            Lookup::Found(node) => self.replace(node, value),
-            Lookup::Unknown(range) => Err(EditRefusal::Layout(range)),
-            Lookup::Absent => {
-                let parent =
-                    key.split_once('.').map(|(parent, rest)| (self.yaml.find(mapping, parent), rest));
-                match parent {
-                    Some((Lookup::Found(parent), rest)) => self.insert(parent, rest, value),
-                    _ => self.insert(mapping, key, value),
-                }
-            }
+        let parent = key.split_once('.').map(|(parent, rest)| (self.yaml.find(mapping, parent), rest));
+        match (self.yaml.find(mapping, key), parent) {
+            (Lookup::Found(node), _) => self.replace(node, value),
+            (Lookup::Unknown(range), _) => Err(EditRefusal::Layout(range)),
+            (Lookup::Absent, Some((Lookup::Found(parent), rest))) => self.insert(parent, rest, value),
+            (Lookup::Absent, _) => self.insert(mapping, key, value),
         }
     }
 
     fn replace(&mut self, id: NodeId, value: &NewValue) -> Result<(), EditRefusal> {
+        use ScalarStyle::{DoubleQuoted, Folded, Literal, SingleQuoted};
         let node = self.yaml.node(id);
         let range = node.range.clone();
         self.check_shared(&range, true)?;
         let source = self.text.get(range.clone()).unwrap_or_default();
-        let new = value.text();
-        let text = match (&node.kind, value) {
+        let (mut text, mut tokens) = value.text();
+        match (&node.kind, value) {
             _ if node.is_tagged => return Err(EditRefusal::Layout(range)),
-            (NodeKind::Scalar { style: ScalarStyle::Literal | ScalarStyle::Folded, .. }, _) => {
-                return Err(EditRefusal::Layout(range));
+            (NodeKind::Scalar(_, Literal | Folded), _) => return Err(EditRefusal::Layout(range)),
+            (NodeKind::Scalar(_, SingleQuoted), NewValue::Word(word)) => text = format!("'{word}'"),
+            (NodeKind::Scalar(_, DoubleQuoted), NewValue::Word(word)) => text = format!("\"{word}\""),
+            (NodeKind::Scalar(..), NewValue::Cpus { cpus, may_be_number: true }) if cpus.is_one() => {
+                text = text.trim_matches(['[', ']']).to_owned();
+                tokens = vec![format!("={text}")];
             }
-            (NodeKind::Scalar { style: ScalarStyle::SingleQuoted, .. }, NewValue::Word(word)) => {
-                format!("'{word}'")
-            }
-            (NodeKind::Scalar { style: ScalarStyle::DoubleQuoted, .. }, NewValue::Word(word)) => {
-                format!("\"{word}\"")
-            }
-            (NodeKind::Scalar { .. }, NewValue::Cpus { cpus, may_be_number: true }) if cpus.is_one() => {
-                cpus.first().unwrap_or_default().to_string()
-            }
-            (NodeKind::Scalar { .. } | NodeKind::Alias(_), _) if range.is_empty() => format!(" {new}"),
-            (NodeKind::Scalar { .. } | NodeKind::Alias(_), _) => new,
-            (NodeKind::Sequence { is_flow, .. }, NewValue::Cpus { cpus, .. }) if !source.contains('#') => {
-                match *is_flow || cpus.is_empty() {
+            (NodeKind::Scalar(..) | NodeKind::Alias(_), _) if range.is_empty() => text.insert(0, ' '),
+            (NodeKind::Scalar(..) | NodeKind::Alias(_), _) => {}
+            (NodeKind::Sequence(_), NewValue::Cpus { cpus, .. }) if !source.contains('#') => {
+                if source.starts_with('-') && cpus.is_empty() {
                     // A list in brackets must be indented more than its key.
-                    true => format!("{}{new}", if *is_flow { "" } else { " " }),
-                    false => {
-                        let items: Vec<_> = cpus.iter().map(|cpu| format!("- {cpu}")).collect();
-                        let (indent, line_break) = (self.indent(range.start), self.line_break(range.start));
-                        items.join(&format!("{line_break}{indent}"))
-                    }
+                    text.insert(0, ' ');
+                } else if source.starts_with('-') {
+                    let items: Vec<_> = cpus.iter().map(|cpu| format!("- {cpu}")).collect();
+                    text = items.join(&self.line(range.start, range.start));
                 }
             }
             _ => return Err(EditRefusal::Layout(range)),
-        };
-        self.edits.push(YamlEdit { range, text });
+        }
+        self.changes.push(Change { node: id, is_insertion: false, edit: YamlEdit { range, text }, tokens });
         Ok(())
     }
 
-    /// Inserts a key into a mapping: in its own lines behind a related key, or in braces behind the last one.
+    /// Inserts a key into a mapping: in its own line behind a related key, or in braces behind the last one.
     fn insert(&mut self, mapping: NodeId, key: &str, value: &NewValue) -> Result<(), EditRefusal> {
         const RELATED: [&str; 9] = [
             "id",
@@ -329,85 +267,116 @@ impl<'t> Editor<'t> {
             "thread_priority",
             "cpu_affinity",
         ];
-        let node = self.yaml.node(mapping);
-        let range = node.range.clone();
+        let range = self.yaml.range(mapping);
         self.check_shared(&range, false)?;
-        let NodeKind::Mapping { entries, is_flow, .. } = &node.kind else {
-            return Err(EditRefusal::Layout(range));
-        };
+        let is_flow = self.text.get(range.start..).is_some_and(|it| it.starts_with('{'));
+        let entries = self.yaml.mapping(mapping).unwrap_or_default();
         let is_related =
             |(key, _): &&(NodeId, NodeId)| self.yaml.key(*key).is_some_and(|it| RELATED.contains(&it));
-        let related = entries.iter().rfind(is_related).filter(|_| !is_flow).or(entries.last());
-        let Some((near_key, near_value)) = related else {
-            let at = range.start + 1;
-            self.insertions.push(YamlEdit { range: at..at, text: format!("{key}: {}", value.text()) });
-            return Ok(());
-        };
-        let [near_key, near_value] = [near_key, near_value].map(|it| self.yaml.node(*it));
-        let quote = match near_key.kind {
-            NodeKind::Scalar { style: ScalarStyle::DoubleQuoted, .. } => "\"",
-            NodeKind::Scalar { style: ScalarStyle::SingleQuoted, .. } => "'",
+        let near = entries.iter().rfind(is_related).filter(|_| !is_flow).or(entries.last());
+        let Some(&(near_key, near)) = near else { return Err(EditRefusal::Layout(range)) };
+        let quote = match self.yaml.node(near_key).kind {
+            NodeKind::Scalar(_, ScalarStyle::DoubleQuoted) => "\"",
+            NodeKind::Scalar(_, ScalarStyle::SingleQuoted) => "'",
             _ => "",
         };
-        let entry = format!("{quote}{key}{quote}: {}", value.text());
-        let end = near_key.range.end.max(near_value.range.end);
-        let (at, text) = if *is_flow {
-            (end, format!(", {entry}"))
+        let (text, mut tokens) = value.text();
+        tokens.insert(0, format!("={key}"));
+        let text = format!("{quote}{key}{quote}: {text}");
+        let end = self.yaml.range(near_key).end.max(self.yaml.range(near).end);
+        let edit = if is_flow {
+            YamlEdit { range: end..end, text: format!(", {text}") }
         } else {
-            let rest = self.text.get(end..).unwrap_or_default();
-            let line = rest.split('\n').next().unwrap_or_default().trim_end_matches('\r');
+            let line = self.text.get(end..).unwrap_or_default().lines().next().unwrap_or_default();
             let behind = line.trim_start_matches([' ', '\t']);
-            if !behind.is_empty() && !(behind.starts_with('#') && behind.len() < line.len()) {
-                return Err(EditRefusal::Layout(near_value.range.clone()));
+            if !behind.is_empty() && !behind.starts_with('#') {
+                return Err(EditRefusal::Layout(self.yaml.range(near)));
             }
-            let at = end + line.len();
-            (at, format!("{}{}{entry}", self.line_break(at), self.indent(range.start)))
+            let end = end + line.len();
+            YamlEdit { range: end..end, text: self.line(end, range.start) + &text }
         };
-        self.insertions.push(YamlEdit { range: at..at, text });
+        self.changes.push(Change { node: near, is_insertion: true, edit, tokens });
         Ok(())
     }
 
-    /// Returns the spaces for a line that begins in the column of this place.
-    fn indent(&self, at: usize) -> String {
-        let before = self.text.get(..at).unwrap_or_default();
-        " ".repeat(before.rsplit('\n').next().unwrap_or_default().chars().count())
-    }
-
-    /// Returns the line break of the file at this place.
-    fn line_break(&self, at: usize) -> &'static str {
-        let rest = self.text.get(at..).unwrap_or_default();
-        let end = rest.find('\n').map_or(self.text.find('\n'), |it| Some(at + it));
-        let is_crlf = end.is_some_and(|end| self.text.get(..end).is_some_and(|it| it.ends_with('\r')));
-        if is_crlf { "\r\n" } else { "\n" }
+    /// Returns the line break at this place, or that of the file, with the spaces up to the column of another place.
+    fn line(&self, at: usize, column: usize) -> String {
+        let end = self.text.get(at..).and_then(|it| it.find('\n')).map(|it| at + it);
+        let end = end.or_else(|| self.text.find('\n')).unwrap_or_default();
+        let is_crlf = self.text.get(..end).is_some_and(|it| it.ends_with('\r'));
+        let before = self.text.get(..column).and_then(|it| it.rsplit('\n').next()).unwrap_or_default();
+        format!("{}{}", if is_crlf { "\r\n" } else { "\n" }, " ".repeat(before.chars().count()))
     }
 
     /// Refuses a place in a value that aliases refer to; and a value with such a value inside, if it is replaced.
     fn check_shared(&self, place: &Range<usize>, is_replaced: bool) -> Result<(), EditRefusal> {
         let target = |it: &YamlNode| match it.kind {
-            NodeKind::Alias(target) => Some(self.yaml.node(target).range.clone()),
+            NodeKind::Alias(target) => Some(self.yaml.range(target)),
             _ => None,
         };
-        let contains =
-            |one: &Range<usize>, other: &Range<usize>| one.start <= other.start && other.end <= one.end;
         let is_shared = |it: &Range<usize>| contains(it, place) || is_replaced && contains(place, it);
-        match self.yaml.nodes().iter().filter_map(target).find(is_shared) {
-            Some(range) => Err(EditRefusal::Shared(range)),
-            None => Ok(()),
-        }
+        let shared = self.yaml.nodes.iter().filter_map(target).find(is_shared);
+        shared.map_or(Ok(()), |range| Err(EditRefusal::Shared(range)))
     }
 
-    /// Returns the edits, if the edited text has the wanted values and no new problems.
-    fn confirm(
-        mut self,
-        problems: &[FileProblem],
-        read: impl FnOnce(&str) -> (Vec<FileProblem>, bool),
-    ) -> Result<Vec<YamlEdit>, EditRefusal> {
-        self.edits.append(&mut self.insertions);
-        self.edits.sort_by_key(|edit| edit.range.start);
-        let (after, is_wanted) = read(&apply_edits(self.text, &self.edits));
-        let is_old = |it: &FileProblem| problems.iter().any(|old| old.kind == it.kind);
-        (is_wanted && after.iter().all(is_old)).then_some(self.edits).ok_or(EditRefusal::NotConfirmed)
+    /// Returns the edits, if the edited text has the new values, and all others as before.
+    fn confirm(mut self) -> Result<Vec<YamlEdit>, EditRefusal> {
+        // A key is inserted behind a new value at the same place.
+        self.changes.sort_by_key(|it| (it.edit.range.start, it.is_insertion));
+        let edits: Vec<_> = self.changes.iter().map(|it| it.edit.clone()).collect();
+        let mut wanted = Vec::new();
+        self.tokens(NodeId(0), &mut wanted);
+        let text = apply_edits(self.text, &edits);
+        let edited = Editor { yaml: parse(&text), text: &text, changes: Vec::new() };
+        let mut found = Vec::new();
+        edited.tokens(NodeId(0), &mut found);
+        let is_confirmed = edited.yaml.problems.is_empty() && found == wanted;
+        is_confirmed.then_some(edits).ok_or(EditRefusal::NotConfirmed)
     }
+
+    /// Collects the keys and values of a value, with the changes.
+    fn tokens(&self, id: NodeId, into: &mut Vec<String>) {
+        let replacement = self.changes.iter().find(|it| it.node == id && !it.is_insertion);
+        match (replacement, &self.yaml.node(id).kind) {
+            (Some(change), _) => into.extend_from_slice(&change.tokens),
+            (None, NodeKind::Scalar(text, _)) => into.push(format!("={text}")),
+            (None, NodeKind::Alias(_)) => {
+                into.extend(self.text.get(self.yaml.range(id)).map(str::to_owned));
+            }
+            (None, NodeKind::Sequence(items)) => {
+                into.push("[".to_owned());
+                items.iter().for_each(|it| self.tokens(*it, into));
+                into.push("]".to_owned());
+            }
+            (None, NodeKind::Mapping(entries)) => {
+                into.push("{".to_owned());
+                entries.iter().flat_map(|it| [it.0, it.1]).for_each(|it| self.tokens(it, into));
+                into.push("}".to_owned());
+            }
+        }
+        for change in self.changes.iter().filter(|it| it.node == id && it.is_insertion) {
+            into.extend_from_slice(&change.tokens);
+        }
+    }
+}
+
+impl NewValue {
+    /// Returns the text, and the tokens.
+    fn text(&self) -> (String, Vec<String>) {
+        match self {
+            NewValue::Word(word) => (word.clone(), vec![format!("={word}")]),
+            NewValue::Cpus { cpus, .. } => {
+                let cpus: Vec<_> = cpus.iter().map(|cpu| cpu.to_string()).collect();
+                let tokens = cpus.iter().map(|cpu| format!("={cpu}"));
+                let tokens = ["[".to_owned()].into_iter().chain(tokens).chain(["]".to_owned()]);
+                (format!("[{}]", cpus.join(", ")), tokens.collect())
+            }
+        }
+    }
+}
+
+fn contains(outer: &Range<usize>, inner: &Range<usize>) -> bool {
+    outer.start <= inner.start && inner.end <= outer.end
 }
 
 #[cfg(test)]
@@ -528,29 +497,42 @@ mod tests {
 
     #[test]
     fn control_loops_and_controllers_are_changed() {
+        let (manager, controller) = (ThreadPlace::Manager(0), ThreadPlace::Controller(0, 0));
+        let changed = |text: &str, place, level, cpu| {
+            let change = ThreadChange { level, affinity: Some(CpuSet::of(cpu)), policy: None };
+            change_thread(text, place, &change).map(|edits| apply_edits(text, &edits))
+        };
         let text = "controller_manager:\n  ros__parameters:\n    update_rate: 1000  # Hz\n    cpu_affinity: 2\n    c:\n      type: a/C\n\nc:\n  ros__parameters:\n    is_async: true\n    async_parameters:\n      thread_priority: 40\n";
-        let change =
-            |priority, cpu| ControlChange { thread_priority: priority, affinity: Some(CpuSet::of(cpu)) };
-        let edits = change_control(text, ControlPlace::Manager(0), &change(Some(98), 3)).unwrap();
-        let text = apply_edits(text, &edits);
-        let edits = change_control(&text, ControlPlace::Controller(0, 0), &change(Some(41), 1)).unwrap();
-        let text = apply_edits(&text, &edits);
+        let text = changed(text, manager, Some(98), 3).unwrap();
+        let text = changed(&text, controller, Some(41), 1).unwrap();
         assert_eq!(
             text,
             "controller_manager:\n  ros__parameters:\n    update_rate: 1000  # Hz\n    cpu_affinity: 3\n    thread_priority: 98\n    c:\n      type: a/C\n\nc:\n  ros__parameters:\n    is_async: true\n    async_parameters:\n      thread_priority: 41\n      cpu_affinity: [1]\n"
         );
         // Without a mapping for them, the keys have dots.
-        let text = "controller_manager: {ros__parameters: {c: {type: a/C}}}\nc:\n  ros__parameters: {}\n";
-        let edits = change_control(text, ControlPlace::Controller(0, 0), &change(None, 1)).unwrap();
-        assert!(
-            apply_edits(text, &edits).ends_with("  ros__parameters: {async_parameters.cpu_affinity: [1]}\n")
+        let text = "controller_manager: {ros__parameters: {c: {type: a/C}}}\nc:\n  ros__parameters: {is_async: true}\n";
+        let after = changed(text, controller, Some(3), 1).unwrap();
+        assert!(after.ends_with(
+            "{is_async: true, async_parameters.thread_priority: 3, async_parameters.cpu_affinity: [1]}\n"
+        ));
+        let file = read_controllers(&after);
+        let controller = &file.managers[0].controllers[0];
+        assert_eq!(
+            (controller.thread_priority.known(), controller.affinity.known()),
+            (Some(&3), Some(&CpuSet::of(1)))
         );
-        let none = ControlChange { affinity: Some(CpuSet::NONE), ..ControlChange::default() };
-        assert_eq!(change_control(text, ControlPlace::Manager(0), &none), Err(EditRefusal::InvalidValue));
+        let none = ThreadChange { affinity: Some(CpuSet::NONE), ..ThreadChange::default() };
+        assert_eq!(change_thread(text, manager, &none), Err(EditRefusal::InvalidValue));
+        assert_eq!(changed(text, manager, Some(100), 1), Err(EditRefusal::InvalidValue));
+        assert_eq!(changed(text, ThreadPlace::Controller(0, 1), Some(1), 1), Err(EditRefusal::NoSuchEntry));
         // The parameter of another section counts.
-        let text = "controller_manager: {ros__parameters: {update_rate: 9}}\n/**: {ros__parameters: {thread_priority: 7}}\n";
-        let refused = change_control(text, ControlPlace::Manager(0), &change(Some(8), 1));
-        assert_eq!(refused, Err(EditRefusal::NotConfirmed));
+        for text in [
+            "controller_manager: {ros__parameters: {update_rate: 9}}\n/**: {ros__parameters: {thread_priority: 7}}\n",
+            "controller_manager: {ros__parameters: {thread_priority: 9}}\n/**: {ros__parameters: {thread_priority: 7}}\n",
+        ] {
+            let refused = changed(text, manager, Some(8), 1);
+            assert!(matches!(refused, Err(EditRefusal::Shared(_))), "{refused:?}");
+        }
     }
 
     /// A random thread, and how it is written.

@@ -16,9 +16,7 @@ pub struct FileProblem {
 pub enum FileProblemKind {
     /// The text is not YAML: the message of the parser. The text behind it is not read.
     Syntax(String),
-    /// Values are nested too deep. The text behind it is not read.
-    TooDeep,
-    /// The file has too many values. The text behind it is not read.
+    /// The file has too many values, or they are nested too deep. The text behind it is not read.
     TooLarge,
     /// A second document: readers disagree whether it counts.
     SecondDocument,
@@ -40,7 +38,7 @@ pub enum FileProblemKind {
     /// An unknown key: its reader ignores it.
     UnknownKey(String),
     /// A section of settings that are not read here, such as those of kernel threads.
-    UnreadSection(String),
+    UnreadSection(&'static str),
     /// Another entry has the same id, or the same name.
     RepeatedId(String),
     /// The id is not one that an executor generates: no callback group has it.
@@ -51,8 +49,6 @@ pub enum FileProblemKind {
     NiceInPriority,
     /// Linux refuses the parameters of `SCHED_DEADLINE`: they must be 1024 ≤ runtime ≤ deadline ≤ period.
     InvalidDeadline,
-    /// A section of a node that is a controller by its keys, but no controller manager gives it a type.
-    ControllerWithoutType(String),
     /// `scheduling_policy: detached`: controllers cannot be configured with it.
     DetachedController,
     /// The priority is in `thread_priority` and not in `async_parameters.thread_priority`: newer versions ignore it.
@@ -90,7 +86,6 @@ impl FileProblemKind {
                 | FileProblemKind::UnusualId(_)
                 | FileProblemKind::NiceInPriority
                 | FileProblemKind::DeprecatedPriority
-                | FileProblemKind::ControllerWithoutType(_)
         )
     }
 }

@@ -30,8 +30,11 @@ use crate::completeness::Completeness;
 /// A `threads.yaml`.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct ThreadsFile {
-    /// `rt_throttling`.
-    pub throttling: Throttling,
+    /// `rt_throttling.runtime_us`: how long `SCHED_FIFO` and `SCHED_RR` may execute in a period, in microseconds; -1: always. Readers
+    /// compare it with the setting of the kernel, and set nothing.
+    pub throttling_runtime: YamlValue<i32>,
+    /// `rt_throttling.period_us`, in microseconds.
+    pub throttling_period: YamlValue<i32>,
     /// `callback_groups`, in the order of the file.
     pub groups: Vec<ThreadEntry>,
     /// `non_ros_threads`, in the order of the file.
@@ -42,17 +45,8 @@ pub struct ThreadsFile {
     pub completeness: Completeness,
 }
 
-/// How much of the time Linux leaves to `SCHED_FIFO` and `SCHED_RR`. Readers compare it with the settings of the kernel, and set nothing.
-#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub struct Throttling {
-    /// `runtime_us`, in microseconds; -1: no limit.
-    pub runtime: YamlValue<i32>,
-    /// `period_us`, in microseconds.
-    pub period: YamlValue<i32>,
-}
-
 /// A thread: that of a callback group, or another one.
-#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct ThreadEntry {
     /// The place of the entry, in bytes.
     pub range: Range<usize>,
@@ -68,21 +62,14 @@ pub struct ThreadEntry {
     pub priority: YamlValue<u8>,
     /// The nice value from -20 to 19, of `SCHED_OTHER`, `SCHED_BATCH` and `SCHED_IDLE`; absent with another policy.
     pub nice: YamlValue<i8>,
+    /// `runtime`, of `SCHED_DEADLINE`, in nanoseconds; absent with another policy.
+    pub runtime: YamlValue<u64>,
+    /// `period`, of `SCHED_DEADLINE`, in nanoseconds; absent with another policy.
+    pub period: YamlValue<u64>,
+    /// `deadline`, of `SCHED_DEADLINE`, in nanoseconds; absent with another policy.
+    pub deadline: YamlValue<u64>,
     /// `affinity`: Linux's CPUs, from 0. Absent, and the empty set (`[]`, `~`): the thread keeps the CPUs of its process.
     pub affinity: YamlValue<CpuSet>,
-    /// `runtime`, `period` and `deadline` in nanoseconds, of `SCHED_DEADLINE`; absent with another policy.
-    pub deadline: DeadlineParameters,
-}
-
-/// The parameters of `SCHED_DEADLINE`, in nanoseconds.
-#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub struct DeadlineParameters {
-    /// `runtime`.
-    pub runtime: YamlValue<u64>,
-    /// `period`.
-    pub period: YamlValue<u64>,
-    /// `deadline`.
-    pub deadline: YamlValue<u64>,
 }
 
 /// A scheduling policy of Linux.
@@ -104,14 +91,10 @@ pub enum ThreadPolicy {
 
 impl ThreadPolicy {
     /// All policies.
-    pub const ALL: [ThreadPolicy; 6] = [
-        ThreadPolicy::Other,
-        ThreadPolicy::Batch,
-        ThreadPolicy::Idle,
-        ThreadPolicy::Fifo,
-        ThreadPolicy::RoundRobin,
-        ThreadPolicy::Deadline,
-    ];
+    pub const ALL: [ThreadPolicy; 6] = {
+        use ThreadPolicy::{Batch, Deadline, Fifo, Idle, Other, RoundRobin};
+        [Other, Batch, Idle, Fifo, RoundRobin, Deadline]
+    };
 
     /// The names of [`ThreadPolicy::ALL`].
     pub const NAMES: [&'static str; 6] =
@@ -129,14 +112,18 @@ impl ThreadPolicy {
 
     /// Returns whether its threads have a nice value.
     pub fn has_nice(self) -> bool {
-        !self.has_priority() && self != ThreadPolicy::Deadline
+        matches!(self, ThreadPolicy::Other | ThreadPolicy::Batch | ThreadPolicy::Idle)
+    }
+
+    fn has_deadline(self) -> bool {
+        self == ThreadPolicy::Deadline
     }
 }
 
+const SECTIONS: [&str; 4] = ["callback_groups", "non_ros_threads", "rt_throttling", "hardware_info"];
 /// Sections that only the newest readers have.
 const UNREAD_SECTIONS: [&str; 2] = ["kernel_threads", "irqs"];
-const SECTIONS: [&str; 4] = ["callback_groups", "non_ros_threads", "rt_throttling", "hardware_info"];
-const KEYS: [&str; 8] = ["policy", "priority", "nice", "affinity", "runtime", "period", "deadline", "id"];
+const KEYS: [&str; 8] = ["id", "policy", "priority", "nice", "affinity", "runtime", "period", "deadline"];
 
 /// Reads a `threads.yaml`.
 pub fn read_threads(text: &str) -> ThreadsFile {
@@ -144,48 +131,28 @@ pub fn read_threads(text: &str) -> ThreadsFile {
     let mut reader = ValueReader { yaml: &yaml, problems: Vec::new() };
     let mut file = ThreadsFile::default();
     if let Some(root) = yaml.root().filter(|root| !is_null(&yaml, *root)) {
-        if !yaml.is_mapping(root) {
-            reader.wrong_kind("", ExpectedValue::Mapping, yaml.node(root).range.clone());
+        if yaml.mapping(root).is_none() {
+            reader.wrong_kind("", ExpectedValue::Mapping, yaml.range(root));
         }
-        for (key, _) in yaml.entries(root) {
-            let name = yaml.key(*key).unwrap_or_default();
-            let kind = match name {
-                _ if UNREAD_SECTIONS.contains(&name) => FileProblemKind::UnreadSection(name.to_owned()),
-                _ if SECTIONS.contains(&name) => continue,
-                _ => FileProblemKind::UnknownKey(name.to_owned()),
-            };
-            reader.problem(kind, yaml.node(*key).range.clone());
+        reader.unknown_keys(root, |key| SECTIONS.contains(&key) || UNREAD_SECTIONS.contains(&key));
+        for name in UNREAD_SECTIONS {
+            if let Lookup::Found(section) = yaml.find(root, name) {
+                reader.problem(FileProblemKind::UnreadSection(name), yaml.range(section));
+            }
         }
-        file.throttling = throttling(&mut reader, root);
+        if let Lookup::Found(section) = yaml.find(root, "rt_throttling")
+            && yaml.mapping(section).is_none()
+        {
+            reader.wrong_kind("rt_throttling", ExpectedValue::Mapping, yaml.range(section));
+        }
+        file.throttling_runtime =
+            reader.integer(root, "rt_throttling.runtime_us", -1..=i32::MAX.into(), false);
+        file.throttling_period = reader.integer(root, "rt_throttling.period_us", 1..=i32::MAX.into(), false);
         file.groups = section(&mut reader, root, "callback_groups");
         file.others = section(&mut reader, root, "non_ros_threads");
     }
-    file.problems = reader.problems;
-    file.problems.extend(yaml.problems);
-    file.problems.sort_by_key(|it| it.range.start);
-    file.completeness = Completeness::of(!file.problems.iter().any(|it| it.kind.is_error()));
+    (file.problems, file.completeness) = reader.finish();
     file
-}
-
-fn throttling(reader: &mut ValueReader<'_>, root: NodeId) -> Throttling {
-    let unknown = |range: Range<usize>| Throttling {
-        runtime: YamlValue::Unknown(range.clone()),
-        period: YamlValue::Unknown(range),
-    };
-    let section = match reader.yaml.find(root, "rt_throttling") {
-        Lookup::Absent => return Throttling::default(),
-        Lookup::Unknown(range) => return unknown(range),
-        Lookup::Found(node) => node,
-    };
-    if !reader.yaml.is_mapping(section) {
-        let range = reader.yaml.node(section).range.clone();
-        reader.wrong_kind("rt_throttling", ExpectedValue::Mapping, range.clone());
-        return unknown(range);
-    }
-    Throttling {
-        runtime: reader.integer(section, "runtime_us", -1..=i32::MAX.into(), false),
-        period: reader.integer(section, "period_us", 1..=i32::MAX.into(), false),
-    }
 }
 
 /// Reads a list of threads; none if it is absent or null.
@@ -193,14 +160,12 @@ fn section(reader: &mut ValueReader<'_>, root: NodeId, name: &'static str) -> Ve
     let yaml = reader.yaml;
     // A doubt about the keys of the root is a problem of its own.
     let Lookup::Found(node) = yaml.find(root, name) else { return Vec::new() };
-    let Some(items) = yaml.items(node) else {
-        if !is_null(yaml, node) {
-            reader.wrong_kind(name, ExpectedValue::List, yaml.node(node).range.clone());
-        }
-        return Vec::new();
-    };
+    if yaml.items(node).is_none() && !is_null(yaml, node) {
+        reader.wrong_kind(name, ExpectedValue::List, yaml.range(node));
+    }
     let is_group = name == "callback_groups";
-    let entries: Vec<_> = items.iter().map(|item| entry(reader, *item, is_group, name)).collect();
+    let items = yaml.items(node).unwrap_or_default();
+    let entries: Vec<_> = items.iter().map(|item| entry(reader, *item, is_group)).collect();
     let mut seen: FxHashMap<&str, FxHashSet<Option<u32>>> = FxHashMap::default();
     for one in &entries {
         let YamlValue::Known { value: id, range } = &one.id else { continue };
@@ -215,78 +180,62 @@ fn section(reader: &mut ValueReader<'_>, root: NodeId, name: &'static str) -> Ve
     entries
 }
 
-fn entry(reader: &mut ValueReader<'_>, item: NodeId, is_group: bool, section: &str) -> ThreadEntry {
-    let yaml = reader.yaml;
-    let range = yaml.node(item).range.clone();
-    if !yaml.is_mapping(item) {
-        reader.wrong_kind(section, ExpectedValue::Mapping, range.clone());
-        return ThreadEntry {
-            id: YamlValue::Unknown(range.clone()),
-            domain: YamlValue::Unknown(range.clone()),
-            affinity: YamlValue::Unknown(range.clone()),
-            ..without_policy(range)
-        };
+fn entry(reader: &mut ValueReader<'_>, item: NodeId, is_group: bool) -> ThreadEntry {
+    let (yaml, range) = (reader.yaml, reader.yaml.range(item));
+    if yaml.mapping(item).is_none() {
+        reader.wrong_kind("", ExpectedValue::Mapping, range.clone());
     }
     let of_section = if is_group { "domain_id" } else { "name" };
-    for (key, _) in yaml.entries(item) {
-        let name = yaml.key(*key).unwrap_or_default();
-        if name != of_section && !KEYS.contains(&name) {
-            reader.problem(FileProblemKind::UnknownKey(name.to_owned()), yaml.node(*key).range.clone());
-        }
-    }
-    let has_name = !is_group && yaml.find(item, "name") != Lookup::Absent;
+    reader.unknown_keys(item, |key| key == of_section || KEYS.contains(&key));
+    let has_name = !is_group && matches!(yaml.find(item, "name"), Lookup::Found(_));
     if has_name && yaml.find(item, "id") != Lookup::Absent {
         reader.problem(FileProblemKind::NameAndId, range.clone());
     }
     let id = reader.text(item, if has_name { "name" } else { "id" });
     let id = required(reader, id, if is_group { "id" } else { "name" }, &range);
-    let mut group = None;
-    if let YamlValue::Known { value, range } = &id
-        && is_group
-    {
-        group = value.parse().ok();
-        if group.is_none() {
-            reader.problem(FileProblemKind::UnusualId(value.clone()), range.clone());
-        }
+    let group = id.known().filter(|_| is_group).and_then(|id| id.parse().ok());
+    if let (YamlValue::Known { value, range }, None, true) = (&id, &group, is_group) {
+        reader.problem(FileProblemKind::UnusualId(value.clone()), range.clone());
     }
     let domain = match is_group {
         true => reader.integer(item, "domain_id", 0..=u32::MAX.into(), false),
         false => YamlValue::Absent,
     };
+    let policy = reader.named(item, "policy", (&ThreadPolicy::NAMES, &ThreadPolicy::ALL));
+    let policy = required(reader, policy, "policy", &range);
+    let has = |has: fn(ThreadPolicy) -> bool| policy.known().map(|policy| has(*policy));
+    let priority = of_policy(has(ThreadPolicy::has_priority), &range, || {
+        let value = reader.integer(item, "priority", 1..=99, false);
+        required(reader, value, "priority", &range)
+    });
+    let nice = of_policy(has(ThreadPolicy::has_nice), &range, || nice(reader, item, &range));
+    let [runtime, period, deadline] = ["runtime", "period", "deadline"].map(|key| {
+        of_policy(has(ThreadPolicy::has_deadline), &range, || {
+            let value = reader.integer(item, key, 0..=i64::MAX, false);
+            required(reader, value, key, &range)
+        })
+    });
+    if let (Some(runtime), Some(period), Some(deadline)) = (runtime.known(), period.known(), deadline.known())
+        && !(1024 <= *runtime && runtime <= deadline && deadline <= period)
+    {
+        reader.problem(FileProblemKind::InvalidDeadline, range.clone());
+    }
     let affinity = reader.value(item, "affinity", ExpectedValue::Cpus, |yaml, node| {
         if is_null(yaml, node) { Some(CpuSet::NONE) } else { cpus(yaml, node, false) }
     });
-    let policy = reader.named(item, "policy", (&ThreadPolicy::NAMES, &ThreadPolicy::ALL));
-    let policy = required(reader, policy, "policy", &range);
-    let known = policy.known().copied();
-    let mut found = ThreadEntry { policy, ..without_policy(range.clone()) };
-    if let Some(known) = known {
-        found.priority = YamlValue::Absent;
-        found.nice = YamlValue::Absent;
-        found.deadline = DeadlineParameters::default();
-        if known.has_priority() {
-            let priority = reader.integer(item, "priority", 1..=99, false);
-            found.priority = required(reader, priority, "priority", &range);
-        } else if known.has_nice() {
-            found.nice = nice(reader, item, &range);
-        } else {
-            found.deadline = deadline(reader, item, &range);
-        }
-    }
-    ThreadEntry { id, group, domain, affinity, ..found }
+    ThreadEntry { range, id, group, domain, policy, priority, nice, runtime, period, deadline, affinity }
 }
 
-/// Returns an entry without a policy: all that depends on it is unknown.
-fn without_policy(range: Range<usize>) -> ThreadEntry {
-    let at = || range.clone();
-    let unknown = || YamlValue::Unknown(at());
-    ThreadEntry {
-        policy: YamlValue::Unknown(at()),
-        priority: YamlValue::Unknown(at()),
-        nice: YamlValue::Unknown(at()),
-        deadline: DeadlineParameters { runtime: unknown(), period: unknown(), deadline: unknown() },
-        range: at(),
-        ..ThreadEntry::default()
+/// Returns a value that only some policies have: absent with another policy, unknown with an unknown one.
+fn of_policy<T>(
+    has: Option<bool>,
+    entry: &Range<usize>,
+    read: impl FnOnce() -> YamlValue<T>,
+) -> YamlValue<T> {
+    match has {
+        Some(true) => read(),
+        Some(false) => YamlValue::Absent,
+        None => YamlValue::Unknown(entry.clone()),
     }
 }
 
@@ -297,68 +246,23 @@ fn required<T>(
     key: &'static str,
     entry: &Range<usize>,
 ) -> YamlValue<T> {
-    value.or(|| {
-        reader.problem(FileProblemKind::MissingKey(key), entry.clone());
-        YamlValue::Unknown(entry.clone())
-    })
+    if value.range().is_some() {
+        return value;
+    }
+    reader.problem(FileProblemKind::MissingKey(key), entry.clone());
+    YamlValue::Unknown(entry.clone())
 }
 
 /// Reads the nice value: newer readers want it in `nice`, older ones in `priority`.
 fn nice(reader: &mut ValueReader<'_>, item: NodeId, entry: &Range<usize>) -> YamlValue<i8> {
-    let nice = reader.integer(item, "nice", -20..=19, false);
-    if nice != YamlValue::Absent {
-        return nice;
-    }
-    let nice = reader.integer(item, "priority", -20..=19, false);
-    if let Some(range) = nice.range() {
-        reader.problem(FileProblemKind::NiceInPriority, range.clone());
-    }
-    required(reader, nice, "nice", entry)
-}
-
-fn deadline(reader: &mut ValueReader<'_>, item: NodeId, entry: &Range<usize>) -> DeadlineParameters {
-    let mut read = |key| {
-        let value = reader.integer(item, key, 0..=i64::MAX, false);
-        required(reader, value, key, entry)
-    };
-    let found =
-        DeadlineParameters { runtime: read("runtime"), period: read("period"), deadline: read("deadline") };
-    if let (Some(runtime), Some(period), Some(deadline)) =
-        (found.runtime.known(), found.period.known(), found.deadline.known())
-        && !(1024 <= *runtime && runtime <= deadline && deadline <= period)
-    {
-        reader.problem(FileProblemKind::InvalidDeadline, entry.clone());
-    }
-    found
-}
-
-impl ThreadsFile {
-    /// Returns the file without places and problems, to compare values.
-    pub(super) fn placeless(self) -> ThreadsFile {
-        let entry = |it: ThreadEntry| ThreadEntry {
-            range: 0..0,
-            id: it.id.placeless(),
-            group: it.group,
-            domain: it.domain.placeless(),
-            policy: it.policy.placeless(),
-            priority: it.priority.placeless(),
-            nice: it.nice.placeless(),
-            affinity: it.affinity.placeless(),
-            deadline: DeadlineParameters {
-                runtime: it.deadline.runtime.placeless(),
-                period: it.deadline.period.placeless(),
-                deadline: it.deadline.deadline.placeless(),
-            },
-        };
-        let Throttling { runtime, period } = self.throttling;
-        ThreadsFile {
-            throttling: Throttling { runtime: runtime.placeless(), period: period.placeless() },
-            groups: self.groups.into_iter().map(entry).collect(),
-            others: self.others.into_iter().map(entry).collect(),
-            problems: Vec::new(),
-            completeness: Completeness::default(),
+    let mut nice = reader.integer(item, "nice", -20..=19, false);
+    if nice.range().is_none() {
+        nice = reader.integer(item, "priority", -20..=19, false);
+        if let Some(range) = nice.range() {
+            reader.problem(FileProblemKind::NiceInPriority, range.clone());
         }
     }
+    required(reader, nice, "nice", entry)
 }
 
 #[cfg(test)]
@@ -403,7 +307,7 @@ non_ros_threads:
         let kinds: Vec<_> = file.problems.iter().map(|it| &it.kind).collect();
         assert_eq!(kinds, [&FileProblemKind::NiceInPriority]);
         assert!(file.completeness.is_complete());
-        assert_eq!((known(&file.throttling.runtime), known(&file.throttling.period)), (950_000, 1_000_000));
+        assert_eq!((known(&file.throttling_runtime), known(&file.throttling_period)), (950_000, 1_000_000));
         let [first, second, third, fourth] = file.groups.as_slice() else { panic!("{:?}", file.groups) };
         assert_eq!(known(&first.id), "/cie_tutorial_node@Timer(100000000)");
         assert_eq!(first.group.as_ref().unwrap().to_string(), known(&first.id));
@@ -415,8 +319,10 @@ non_ros_threads:
         assert_eq!((known(&third.policy), known(&third.nice)), (ThreadPolicy::Other, -5));
         assert_eq!((&third.priority, &third.affinity), (&YamlValue::Absent, &YamlValue::Absent));
         assert_eq!((known(&fourth.policy), &fourth.priority), (ThreadPolicy::Deadline, &YamlValue::Absent));
-        let DeadlineParameters { runtime, period, deadline } = &fourth.deadline;
-        assert_eq!([runtime, period, deadline].map(known), [2000, 5_000_000_000, 4000]);
+        assert_eq!(
+            [&fourth.runtime, &fourth.period, &fourth.deadline].map(known),
+            [2000, 5_000_000_000, 4000]
+        );
         let [logger, worker] = file.others.as_slice() else { panic!("{:?}", file.others) };
         assert_eq!((known(&logger.id), known(&logger.nice)), ("logger".to_owned(), 19));
         assert_eq!((known(&worker.id), known(&worker.nice)), ("worker".to_owned(), 0));
@@ -475,7 +381,7 @@ non_ros_threads:
         ] {
             let (entry, kinds, is_complete) = group(entry);
             assert_eq!((kinds.len(), is_complete), (1, false));
-            let of_deadline = matches!(entry.deadline.runtime, YamlValue::Unknown(_));
+            let of_deadline = matches!(entry.runtime, YamlValue::Unknown(_));
             assert!(matches!(entry.policy, YamlValue::Unknown(_)) && of_deadline);
             assert!(
                 matches!(entry.priority, YamlValue::Unknown(_))
@@ -503,7 +409,7 @@ non_ros_threads:
             matches!(entry.priority, YamlValue::Unknown(_))
                 && matches!(entry.affinity, YamlValue::Unknown(_))
         );
-        assert_eq!(kinds[..1], [FileProblemKind::UnknownKey(String::new())]);
+        assert_eq!(kinds, [FileProblemKind::UncertainKeys]);
     }
 
     #[test]
@@ -567,8 +473,8 @@ non_ros_threads:
         }
         let file = read_threads("kernel_threads: [{comm: x}]\ngroups: []\n");
         let kinds: Vec<_> = file.problems.into_iter().map(|it| it.kind).collect();
-        let [section, key] = ["kernel_threads", "groups"].map(str::to_owned);
-        assert_eq!(kinds, [FileProblemKind::UnreadSection(section), FileProblemKind::UnknownKey(key)]);
+        let unknown = FileProblemKind::UnknownKey("groups".to_owned());
+        assert_eq!(kinds, [FileProblemKind::UnreadSection("kernel_threads"), unknown]);
         assert!(file.completeness.is_complete());
     }
 

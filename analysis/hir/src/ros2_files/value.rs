@@ -6,6 +6,7 @@ use mauve_timing::CpuSet;
 
 use super::problem::{ExpectedValue, FileProblem, FileProblemKind};
 use super::yaml::{Lookup, NodeId, Yaml};
+use crate::completeness::Completeness;
 
 /// The value of a key. A value that cannot be read is unknown, and never absent: the reader of the file may read it.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default, salsa::SalsaValue)]
@@ -40,22 +41,6 @@ impl<T> YamlValue<T> {
             YamlValue::Unknown(range) | YamlValue::Known { range, .. } => Some(range),
         }
     }
-
-    /// Returns the value `then` if the key is not there.
-    #[must_use]
-    pub(super) fn or(self, then: impl FnOnce() -> YamlValue<T>) -> YamlValue<T> {
-        if matches!(self, YamlValue::Absent) { then() } else { self }
-    }
-
-    /// Returns the value without its place, to compare files.
-    #[must_use]
-    pub(super) fn placeless(self) -> YamlValue<T> {
-        match self {
-            YamlValue::Absent => YamlValue::Absent,
-            YamlValue::Unknown(_) => YamlValue::Unknown(0..0),
-            YamlValue::Known { value, .. } => YamlValue::Known { value, range: 0..0 },
-        }
-    }
 }
 
 /// Reads values of a file, and collects its problems.
@@ -67,6 +52,16 @@ pub(super) struct ValueReader<'y> {
 impl ValueReader<'_> {
     pub(super) fn problem(&mut self, kind: FileProblemKind, range: Range<usize>) {
         self.problems.push(FileProblem { kind, range });
+    }
+
+    /// Returns the problems in the order of the text, and whether the reader of the file takes it, and reads these values.
+    pub(super) fn finish(mut self) -> (Vec<FileProblem>, Completeness) {
+        self.problems.extend(self.yaml.problems.iter().cloned());
+        self.problems.sort_by_key(|it| it.range.start);
+        // A value that belongs to several entries is read once for each of them.
+        self.problems.dedup();
+        let is_complete = !self.problems.iter().any(|it| it.kind.is_error());
+        (self.problems, Completeness::of(is_complete))
     }
 
     /// Reports a value of another kind.
@@ -87,7 +82,7 @@ impl ValueReader<'_> {
             Lookup::Unknown(range) => return YamlValue::Unknown(range),
             Lookup::Found(node) => node,
         };
-        let range = self.yaml.node(node).range.clone();
+        let range = self.yaml.range(node);
         match read(self.yaml, node) {
             Some(value) => YamlValue::Known { value, range },
             None => {
@@ -107,16 +102,14 @@ impl ValueReader<'_> {
     ) -> YamlValue<T> {
         let expected = ExpectedValue::Integer(*within.start(), *within.end());
         self.value(mapping, key, expected, |yaml, node| {
-            let number = integer(yaml, node, is_plain).filter(|it| within.contains(it))?;
-            T::try_from(number).ok()
+            integer(yaml, node, is_plain).filter(|it| within.contains(it)).and_then(|it| T::try_from(it).ok())
         })
     }
 
     /// Returns a text that is not empty and not null.
     pub(super) fn text(&mut self, mapping: NodeId, key: &str) -> YamlValue<String> {
         self.value(mapping, key, ExpectedValue::Text, |yaml, node| {
-            let text = yaml.text(node).filter(|text| !text.is_empty() && !is_null(yaml, node))?;
-            Some(text.to_owned())
+            yaml.text(node).filter(|text| !text.is_empty() && !is_null(yaml, node)).map(str::to_owned)
         })
     }
 
@@ -132,27 +125,40 @@ impl ValueReader<'_> {
             names.iter().position(|name| *name == text).and_then(|index| values.get(index).copied())
         })
     }
+
+    /// Reports the keys of a mapping that `is_known` does not have.
+    pub(super) fn unknown_keys(&mut self, mapping: NodeId, is_known: impl Fn(&str) -> bool) {
+        let yaml = self.yaml;
+        for (key, _) in yaml.mapping(mapping).unwrap_or_default() {
+            // A key on which readers disagree is a problem of its own.
+            if let Some(name) = yaml.key(*key).filter(|name| !is_known(name)) {
+                self.problem(FileProblemKind::UnknownKey(name.to_owned()), yaml.range(*key));
+            }
+        }
+    }
 }
 
 /// Returns whether a value is null, as yaml-cpp has it.
 pub(super) fn is_null(yaml: &Yaml, id: NodeId) -> bool {
-    yaml.is_plain(id) && yaml.text(id).is_some_and(|it| ["", "~", "null", "Null", "NULL"].contains(&it))
+    yaml.plain(id).is_some_and(|it| ["", "~", "null", "Null", "NULL"].contains(&it))
 }
 
-/// Returns an integer in decimal digits. Readers take a leading zero for an octal number, or not.
+/// Returns an integer in decimal digits. Some readers take a leading zero for an octal number.
 pub(super) fn integer(yaml: &Yaml, id: NodeId, is_plain: bool) -> Option<i64> {
-    let text = yaml.text(id).filter(|_| !is_plain || yaml.is_plain(id))?;
+    let text = if is_plain { yaml.plain(id) } else { yaml.text(id) }?;
     let digits = text.strip_prefix('-').unwrap_or(text);
     let is_decimal =
-        digits.bytes().all(|byte| byte.is_ascii_digit()) && (digits == "0" || !digits.starts_with('0'));
+        digits.bytes().all(|it| it.is_ascii_digit()) && (digits == "0" || !digits.starts_with('0'));
     text.parse().ok().filter(|_| is_decimal)
 }
 
-/// Returns the CPUs in a list of Linux's numbers of CPUs, from 0.
+/// Returns one of Linux's CPUs, from 0.
+pub(super) fn cpu(yaml: &Yaml, id: NodeId, is_plain: bool) -> Option<CpuSet> {
+    let cpu = integer(yaml, id, is_plain).and_then(|it| u32::try_from(it).ok()).map(CpuSet::of);
+    cpu.filter(|cpu| cpu.is_one())
+}
+
+/// Returns the CPUs in a list.
 pub(super) fn cpus(yaml: &Yaml, id: NodeId, is_plain: bool) -> Option<CpuSet> {
-    let cpu = |id: &NodeId| {
-        let cpu = integer(yaml, *id, is_plain).and_then(|it| u32::try_from(it).ok()).map(CpuSet::of)?;
-        Some(cpu).filter(|cpu| cpu.is_one())
-    };
-    yaml.items(id)?.iter().map(cpu).collect()
+    yaml.items(id)?.iter().map(|it| cpu(yaml, *it, is_plain)).collect()
 }

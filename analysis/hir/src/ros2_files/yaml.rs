@@ -19,14 +19,15 @@ const MAX_NODES: usize = 200_000;
 /// The first document of a YAML file.
 #[derive(Debug, Default)]
 pub(super) struct Yaml {
-    nodes: Vec<YamlNode>,
+    /// The keys and values in the order of the text; the value of the document is the first one.
+    pub(super) nodes: Vec<YamlNode>,
     /// The problems of the text.
     pub(super) problems: Vec<FileProblem>,
 }
 
-/// The index of a value in [`Yaml`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct NodeId(usize);
+/// The index of a key or a value in [`Yaml::nodes`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct NodeId(pub(super) usize);
 
 /// A key or a value.
 #[derive(Debug)]
@@ -36,24 +37,15 @@ pub(super) struct YamlNode {
     pub(super) range: Range<usize>,
     /// Whether it has a tag, such as `!!str`.
     pub(super) is_tagged: bool,
+    /// Whether the text ends, or has an error, within this collection.
+    is_open: bool,
 }
 
 #[derive(Debug)]
 pub(super) enum NodeKind {
-    Scalar {
-        text: String,
-        style: ScalarStyle,
-    },
-    Sequence {
-        items: Vec<NodeId>,
-        is_flow: bool,
-    },
-    Mapping {
-        entries: Vec<(NodeId, NodeId)>,
-        is_flow: bool,
-        /// Whether the text ends, or has an error, in the mapping: it may have other keys.
-        is_open: bool,
-    },
+    Scalar(String, ScalarStyle),
+    Sequence(Vec<NodeId>),
+    Mapping(Vec<(NodeId, NodeId)>),
     /// The value that it refers to, which is no alias.
     Alias(NodeId),
 }
@@ -85,9 +77,8 @@ pub(super) fn parse(text: &str) -> Yaml {
             }
             Err(error) => {
                 let at = builder.offset(error.marker().index());
-                let end =
-                    text.get(at..).and_then(|rest| rest.chars().next()).map_or(at, |it| at + it.len_utf8());
-                Err((FileProblemKind::Syntax(error.info().to_owned()), at..end))
+                let length = text.get(at..).and_then(|rest| rest.chars().next()).map_or(0, char::len_utf8);
+                Err((FileProblemKind::Syntax(error.info().to_owned()), at..at + length))
             }
         };
         if let Err((kind, range)) = read {
@@ -95,12 +86,11 @@ pub(super) fn parse(text: &str) -> Yaml {
             break;
         }
     }
-    builder.check_keys();
+    builder.yaml.check_keys();
     builder.yaml
 }
 
 impl Yaml {
-    /// Returns the value of the document.
     pub(super) fn root(&self) -> Option<NodeId> {
         (!self.nodes.is_empty()).then_some(NodeId(0))
     }
@@ -109,59 +99,54 @@ impl Yaml {
         &self.nodes[id.0]
     }
 
-    /// Returns all keys and values in the order of the text.
-    pub(super) fn nodes(&self) -> &[YamlNode] {
-        &self.nodes
+    pub(super) fn range(&self, id: NodeId) -> Range<usize> {
+        self.node(id).range.clone()
     }
 
     /// Returns the value that an alias refers to; any other value itself.
-    pub(super) fn resolve(&self, id: NodeId) -> &YamlNode {
+    fn resolve(&self, id: NodeId) -> &YamlNode {
         match self.node(id).kind {
             NodeKind::Alias(target) => self.node(target),
             _ => self.node(id),
         }
     }
 
-    /// Returns the mapping with this range.
-    pub(super) fn mapping_at(&self, range: &Range<usize>) -> Option<NodeId> {
-        let is_it = |it: &YamlNode| it.range == *range && matches!(it.kind, NodeKind::Mapping { .. });
-        self.nodes.iter().position(is_it).map(NodeId)
-    }
-
-    /// Returns the keys and values of a mapping; none of any other value.
-    pub(super) fn entries(&self, id: NodeId) -> &[(NodeId, NodeId)] {
-        match &self.resolve(id).kind {
-            NodeKind::Mapping { entries, .. } => entries,
-            _ => &[],
-        }
-    }
-
-    /// Returns whether a value is a mapping, without a tag.
-    pub(super) fn is_mapping(&self, id: NodeId) -> bool {
-        matches!(self.resolve(id), YamlNode { kind: NodeKind::Mapping { .. }, is_tagged: false, .. })
-    }
-
-    /// Returns the items of a list; `None` for any other value, and with a tag.
-    pub(super) fn items(&self, id: NodeId) -> Option<&[NodeId]> {
+    /// Returns the keys and values of a mapping; `None` of any other value, and with a tag.
+    pub(super) fn mapping(&self, id: NodeId) -> Option<&[(NodeId, NodeId)]> {
         match self.resolve(id) {
-            YamlNode { kind: NodeKind::Sequence { items, .. }, is_tagged: false, .. } => Some(items),
+            YamlNode { kind: NodeKind::Mapping(entries), is_tagged: false, .. } => Some(entries),
             _ => None,
         }
     }
 
-    /// Returns the text of a scalar of one line; `None` for a value with a tag, and for a block scalar (`|`, `>`).
+    /// Returns the items of a list; `None` of any other value, and with a tag.
+    pub(super) fn items(&self, id: NodeId) -> Option<&[NodeId]> {
+        match self.resolve(id) {
+            YamlNode { kind: NodeKind::Sequence(items), is_tagged: false, .. } => Some(items),
+            _ => None,
+        }
+    }
+
+    /// Returns the text of a scalar; `None` with a tag, and for a block scalar (`|`, `>`).
     pub(super) fn text(&self, id: NodeId) -> Option<&str> {
         match self.resolve(id) {
-            YamlNode { is_tagged: false, kind: NodeKind::Scalar { text, style }, .. } => {
+            YamlNode { kind: NodeKind::Scalar(text, style), is_tagged: false, .. } => {
                 (!matches!(style, ScalarStyle::Literal | ScalarStyle::Folded)).then_some(text)
             }
             _ => None,
         }
     }
 
-    /// Returns whether a value is a text without quotes.
-    pub(super) fn is_plain(&self, id: NodeId) -> bool {
-        matches!(self.resolve(id).kind, NodeKind::Scalar { style: ScalarStyle::Plain, .. })
+    /// Returns the text of a scalar without quotes.
+    pub(super) fn plain(&self, id: NodeId) -> Option<&str> {
+        let is_plain = matches!(self.resolve(id).kind, NodeKind::Scalar(_, ScalarStyle::Plain));
+        self.text(id).filter(|_| is_plain)
+    }
+
+    /// Returns the text of a key; `None` for a key on which readers disagree.
+    pub(super) fn key(&self, id: NodeId) -> Option<&str> {
+        let is_alias = matches!(self.node(id).kind, NodeKind::Alias(_));
+        self.text(id).filter(|_| !is_alias && self.plain(id) != Some("<<"))
     }
 
     /// Returns the value of a key of a mapping. `a.b` is also the value of `b` in the mapping `a`.
@@ -170,38 +155,49 @@ impl Yaml {
         let doubt = self.collect(mapping, name, &mut found);
         match (found.as_slice(), doubt) {
             ([], None) => Lookup::Absent,
-            ([one], None) => Lookup::Found(*one),
-            // The text has an error behind the key.
-            ([one], Some((_, true))) => Lookup::Found(*one),
             ([], Some((range, _))) => Lookup::Unknown(range),
-            ([.., last], _) => Lookup::Unknown(self.node(*last).range.clone()),
+            // An error behind the key is no doubt about it.
+            ([one], None | Some((_, true))) => Lookup::Found(*one),
+            ([.., last], _) => Lookup::Unknown(self.range(*last)),
         }
     }
 
     /// Collects the values of a name. Returns why there may be others, and whether the reason is the end of the text that is read.
     fn collect(&self, mapping: NodeId, name: &str, found: &mut Vec<NodeId>) -> Option<(Range<usize>, bool)> {
-        let node = self.resolve(mapping);
-        let NodeKind::Mapping { entries, is_open, .. } = &node.kind else { return None };
-        let mut doubt = is_open.then(|| (node.range.clone(), true));
+        let Some(entries) = self.mapping(mapping) else { return Some((self.range(mapping), false)) };
+        let mut doubt = self.resolve(mapping).is_open.then(|| (self.range(mapping), true));
         for &(key, value) in entries {
-            match self.key(key) {
-                None => doubt = Some((self.node(key).range.clone(), false)),
-                Some(key) if key == name => found.push(value),
-                Some(key) => {
-                    let rest = name.strip_prefix(key).and_then(|rest| rest.strip_prefix('.'));
-                    if let Some(other) = rest.and_then(|rest| self.collect(value, rest, found)) {
-                        doubt = doubt.filter(|it| !it.1).or(Some(other));
-                    }
-                }
+            let Some(text) = self.key(key) else {
+                doubt = Some((self.range(key), false));
+                continue;
+            };
+            let rest = name.strip_prefix(text);
+            if rest == Some("") {
+                found.push(value);
+            } else if let Some(rest) = rest.and_then(|rest| rest.strip_prefix('.')) {
+                let of_value = self.collect(value, rest, found);
+                doubt = doubt.filter(|it| !it.1 || of_value.is_none()).or(of_value);
             }
         }
         doubt
     }
 
-    /// Returns the text of a key; `None` for a key on which readers disagree.
-    pub(super) fn key(&self, id: NodeId) -> Option<&str> {
-        let is_alias = matches!(self.node(id).kind, NodeKind::Alias(_));
-        self.text(id).filter(|text| !is_alias && !(*text == "<<" && self.is_plain(id)))
+    /// Reports keys that a mapping has twice, and keys on which readers disagree.
+    fn check_keys(&mut self) {
+        let mut problems = Vec::new();
+        for node in &self.nodes {
+            let NodeKind::Mapping(entries) = &node.kind else { continue };
+            let mut seen = FxHashSet::default();
+            for (key, _) in entries {
+                let kind = match self.key(*key) {
+                    None => FileProblemKind::UncertainKeys,
+                    Some(text) if !seen.insert(text) => FileProblemKind::RepeatedKey(text.to_owned()),
+                    Some(_) => continue,
+                };
+                problems.push(FileProblem { kind, range: self.range(*key) });
+            }
+        }
+        self.problems.extend(problems);
     }
 }
 
@@ -216,13 +212,11 @@ struct Builder<'t> {
     anchors: FxHashMap<usize, NodeId>,
 }
 
-type Stop = (FileProblemKind, Range<usize>);
-
 impl Builder<'_> {
     /// Returns the offset of a character by its index: the parser counts characters.
     fn offset(&self, index: usize) -> usize {
         let offset = if self.offsets.is_empty() { Some(&index) } else { self.offsets.get(index) };
-        offset.copied().unwrap_or(self.text.len()).min(self.text.len())
+        offset.map_or(self.text.len(), |it| *it.min(&self.text.len()))
     }
 
     fn range(&self, span: Span) -> Range<usize> {
@@ -230,47 +224,51 @@ impl Builder<'_> {
         start..self.offset(span.end.index()).max(start)
     }
 
-    fn event(&mut self, event: Event<'_>, span: Span) -> Result<(), Stop> {
+    fn event(&mut self, event: Event<'_>, span: Span) -> Result<(), (FileProblemKind, Range<usize>)> {
+        let mut range = self.range(span);
         let (kind, anchor, tag) = match event {
             Event::Scalar(text, style, anchor, tag) => {
-                (NodeKind::Scalar { text: text.into_owned(), style }, anchor, tag)
+                (NodeKind::Scalar(text.into_owned(), style), anchor, tag)
             }
+            Event::SequenceStart(anchor, tag) => (NodeKind::Sequence(Vec::new()), anchor, tag),
+            Event::MappingStart(anchor, tag) => (NodeKind::Mapping(Vec::new()), anchor, tag),
             Event::Alias(anchor) => match self.anchors.get(&anchor) {
                 Some(target) => (NodeKind::Alias(*target), 0, None),
-                None => return Err((FileProblemKind::UncertainKeys, self.range(span))),
+                None => return Err((FileProblemKind::UncertainKeys, range)),
             },
-            Event::SequenceStart(anchor, tag) => {
-                (NodeKind::Sequence { items: Vec::new(), is_flow: false }, anchor, tag)
-            }
-            Event::MappingStart(anchor, tag) => {
-                let kind = NodeKind::Mapping { entries: Vec::new(), is_flow: false, is_open: true };
-                (kind, anchor, tag)
-            }
             Event::SequenceEnd | Event::MappingEnd => {
-                self.close(self.offset(span.start.index()));
+                self.close(range.start);
                 return Ok(());
             }
             _ => return Ok(()),
         };
-        let mut range = self.range(span);
-        if self.yaml.nodes.len() >= MAX_NODES {
+        if self.yaml.nodes.len() >= MAX_NODES || self.open.len() >= MAX_DEPTH {
             return Err((FileProblemKind::TooLarge, range));
         }
-        if self.open.len() >= MAX_DEPTH {
-            return Err((FileProblemKind::TooDeep, range));
-        }
-        let is_tagged = tag.is_some();
-        let has_properties = anchor > 0 || is_tagged;
+        let has_properties = anchor > 0 || tag.is_some();
         if has_properties {
             range.start = self.after_properties(&range);
         }
-        if let NodeKind::Scalar { text, style: ScalarStyle::Plain } = &kind
-            && text.is_empty()
-        {
-            let start = if has_properties { range.start } else { self.place_of_empty(range.start) };
-            range = start..start;
+        let source = self.text.get(range.clone()).unwrap_or_default();
+        match &kind {
+            NodeKind::Scalar(text, ScalarStyle::Plain) if text.is_empty() => {
+                let start = if has_properties { range.start } else { self.place_of_empty(range.start) };
+                range = start..start;
+            }
+            NodeKind::Scalar(_, ScalarStyle::SingleQuoted | ScalarStyle::DoubleQuoted) => {
+                range.end = range.start + length_of_quoted(source);
+            }
+            NodeKind::Scalar(_, ScalarStyle::Plain) => range.end = range.start + source.trim_end().len(),
+            NodeKind::Sequence(_) if !source.starts_with(['[', '-']) => {
+                // A list without indentation has the place of its first item.
+                let before = self.text.get(..range.start).unwrap_or_default().trim_end();
+                if before.ends_with('-') {
+                    range.start = before.len() - 1;
+                }
+            }
+            _ => {}
         }
-        let node = self.add(kind, range, is_tagged);
+        let node = self.add(kind, range, tag.is_some());
         if anchor > 0 {
             self.anchors.insert(anchor, node);
         }
@@ -303,44 +301,18 @@ impl Builder<'_> {
     }
 
     /// Adds a node to the innermost open collection.
-    fn add(&mut self, mut kind: NodeKind, mut range: Range<usize>, is_tagged: bool) -> NodeId {
+    fn add(&mut self, kind: NodeKind, range: Range<usize>, is_tagged: bool) -> NodeId {
         let id = NodeId(self.yaml.nodes.len());
-        let source = self.text.get(range.clone()).unwrap_or_default();
-        let is_collection = match &mut kind {
-            NodeKind::Sequence { is_flow, .. } => {
-                *is_flow = source.starts_with('[');
-                // Without indentation, a list has the place of its first item.
-                let before = self.text.get(..range.start).unwrap_or_default().trim_end();
-                if !*is_flow && !source.starts_with('-') && before.ends_with('-') {
-                    range.start = before.len() - 1;
-                }
-                true
-            }
-            NodeKind::Mapping { is_flow, .. } => {
-                *is_flow = source.starts_with('{');
-                true
-            }
-            NodeKind::Scalar { style: ScalarStyle::Literal | ScalarStyle::Folded, .. } => false,
-            NodeKind::Scalar { style: ScalarStyle::SingleQuoted | ScalarStyle::DoubleQuoted, .. } => {
-                range.end = range.start + length_of_quoted(source);
-                false
-            }
-            _ => {
-                range.end = range.start + source.trim_end().len();
-                false
-            }
-        };
-        self.yaml.nodes.push(YamlNode { kind, range, is_tagged });
         if let Some((parent, key)) = self.open.last_mut() {
             match (&mut self.yaml.nodes[parent.0].kind, key.take()) {
-                (NodeKind::Sequence { items, .. }, _) => items.push(id),
-                (NodeKind::Mapping { entries, .. }, Some(key)) => entries.push((key, id)),
+                (NodeKind::Sequence(items), _) => items.push(id),
+                (NodeKind::Mapping(entries), Some(key)) => entries.push((key, id)),
                 _ => *key = Some(id),
             }
         }
-        if is_collection {
-            self.open.push((id, None));
-        }
+        let is_open = matches!(kind, NodeKind::Sequence(_) | NodeKind::Mapping(_));
+        self.open.extend(is_open.then_some((id, None)));
+        self.yaml.nodes.push(YamlNode { kind, range, is_tagged, is_open });
         id
     }
 
@@ -349,37 +321,16 @@ impl Builder<'_> {
         let Some((id, _)) = self.open.pop() else { return };
         let end = |id: &NodeId| self.yaml.node(*id).range.end;
         let node = self.yaml.node(id);
-        let (is_flow, last) = match &node.kind {
-            NodeKind::Sequence { items, is_flow } => (*is_flow, items.last().map(end)),
-            NodeKind::Mapping { entries, is_flow, .. } => {
-                (*is_flow, entries.last().map(|(key, value)| end(key).max(end(value))))
-            }
-            _ => return,
+        let last = match &node.kind {
+            NodeKind::Sequence(items) => items.last().map(end),
+            NodeKind::Mapping(entries) => entries.last().map(|(key, value)| end(key).max(end(value))),
+            _ => None,
         };
+        let is_flow = self.text.get(node.range.start..).is_some_and(|it| it.starts_with(['[', '{']));
         let end = if is_flow { bracket + 1 } else { last.unwrap_or(bracket) };
         let node = &mut self.yaml.nodes[id.0];
         node.range.end = end.clamp(node.range.start, self.text.len());
-        if let NodeKind::Mapping { is_open, .. } = &mut node.kind {
-            *is_open = false;
-        }
-    }
-
-    /// Reports keys that a mapping has twice, and keys on which readers disagree.
-    fn check_keys(&mut self) {
-        let mut problems = Vec::new();
-        for node in &self.yaml.nodes {
-            let NodeKind::Mapping { entries, .. } = &node.kind else { continue };
-            let mut seen = FxHashSet::default();
-            for (key, _) in entries {
-                let kind = match self.yaml.key(*key) {
-                    None => FileProblemKind::UncertainKeys,
-                    Some(text) if !seen.insert(text) => FileProblemKind::RepeatedKey(text.to_owned()),
-                    Some(_) => continue,
-                };
-                problems.push(FileProblem { kind, range: self.yaml.node(*key).range.clone() });
-            }
-        }
-        self.yaml.problems.extend(problems);
+        node.is_open = false;
     }
 }
 
@@ -410,7 +361,7 @@ mod tests {
     fn sources(text: &str) -> Vec<&str> {
         let yaml = parse(text);
         assert_eq!(yaml.problems, [], "{text}");
-        yaml.nodes().iter().map(|it| &text[it.range.clone()]).collect()
+        yaml.nodes.iter().map(|it| &text[it.range.clone()]).collect()
     }
 
     fn kinds(text: &str) -> Vec<FileProblemKind> {
@@ -450,7 +401,7 @@ mod tests {
         assert_eq!(sources(text)[1..], ["'a'''", "\"\\\"\\\\\"", "\"\\\\\n \""]);
         // A value that is not written is behind its colon, or behind its key.
         let yaml = parse("a: # c\nb: {c, d: , e:}\nf: &x\n? g\n");
-        let empty = yaml.nodes().iter().filter(|it| it.range.is_empty()).map(|it| it.range.start);
+        let empty = yaml.nodes.iter().filter(|it| it.range.is_empty()).map(|it| it.range.start);
         assert_eq!(empty.collect::<Vec<_>>(), [2, 12, 16, 21, 28, 32]);
     }
 
@@ -519,14 +470,14 @@ mod tests {
     fn sizes_are_limited() {
         let nested = |depth: usize| format!("{}{}", "[".repeat(depth), "]".repeat(depth));
         assert_eq!(kinds(&nested(MAX_DEPTH)), []);
-        assert_eq!(kinds(&nested(MAX_DEPTH + 1)), [FileProblemKind::TooDeep]);
+        assert_eq!(kinds(&nested(MAX_DEPTH + 1)), [FileProblemKind::TooLarge]);
         for open in ["[", "{", "- ", "a:\n ", "? ", "{a: ", "[[]"] {
             let start = Instant::now();
             assert_ne!(kinds(&open.repeat(200_000)), [], "{open}");
             assert!(start.elapsed() < Duration::from_secs(2), "{open}: {:?}", start.elapsed());
         }
         assert_eq!(kinds(&"- 1\n".repeat(MAX_NODES)), [FileProblemKind::TooLarge]);
-        assert_eq!(parse(&"- 1\n".repeat(2 * MAX_NODES)).nodes().len(), MAX_NODES);
+        assert_eq!(parse(&"- 1\n".repeat(2 * MAX_NODES)).nodes.len(), MAX_NODES);
     }
 
     #[test]
@@ -539,7 +490,7 @@ mod tests {
         let start = Instant::now();
         let yaml = parse(&laughs);
         assert!(start.elapsed() < Duration::from_secs(1));
-        assert_eq!((yaml.problems.len(), yaml.nodes().len()), (0, 1 + 2 + 999 * 12));
+        assert_eq!((yaml.problems.len(), yaml.nodes.len()), (0, 1 + 2 + 999 * 12));
         // A value that contains itself.
         let yaml = parse("a: &a\n  b: *a\n");
         assert!(matches!(yaml.find(yaml.root().unwrap(), "a.b.b.b.b"), Lookup::Found(_)));
@@ -553,11 +504,11 @@ mod tests {
         for problem in &yaml.problems {
             assert!(text.get(problem.range.clone()).is_some());
         }
-        for node in yaml.nodes() {
+        for node in &yaml.nodes {
             assert!(text.get(node.range.clone()).is_some(), "{:?} of {text:?}", node.range);
             let inner: Vec<NodeId> = match &node.kind {
-                NodeKind::Sequence { items, .. } => items.clone(),
-                NodeKind::Mapping { entries, .. } => entries.iter().flat_map(|it| [it.0, it.1]).collect(),
+                NodeKind::Sequence(items) => items.clone(),
+                NodeKind::Mapping(entries) => entries.iter().flat_map(|it| [it.0, it.1]).collect(),
                 _ => Vec::new(),
             };
             for id in inner.into_iter().filter(|_| !is_open) {
