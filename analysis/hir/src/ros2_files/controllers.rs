@@ -78,7 +78,7 @@ pub struct ControllerManager {
 pub struct Controller {
     /// The name, without a namespace.
     pub name: String,
-    /// The place of its name in the parameters of the manager.
+    /// The place of its name in the parameters of the manager, or of the type in its own section.
     pub name_range: Range<usize>,
     /// The place of its own parameters, if the file has some.
     pub parameters: Option<Range<usize>>,
@@ -140,7 +140,11 @@ pub fn read_controllers(text: &str) -> ControllersFile {
         managers.extend(sections.iter().find(has_types));
     }
     let managers = managers.into_iter().map(|own| manager(&mut reader, &sections, own)).collect();
-    let (problems, completeness) = reader.finish();
+    // A node may have several sections, also with the same name.
+    let (problems, completeness) = reader.finish(|it| {
+        let is_inside = |section: &NodeSection| yaml.range(section.parameters).contains(&it.range.start);
+        !matches!(it.kind, FileProblemKind::RepeatedKey(_)) || sections.iter().any(is_inside)
+    });
     ControllersFile { managers, problems, completeness }
 }
 
@@ -153,8 +157,8 @@ fn collect_sections(
 ) {
     let yaml = reader.yaml;
     for &(key, value) in yaml.mapping(mapping).unwrap_or_default() {
-        // A doubt about the key is a problem of its own.
-        let Some(text) = yaml.key(key) else { continue };
+        // A doubt about the key is a problem of its own. The reader stops at the first error.
+        let Some(text) = yaml.key(key).filter(|_| reader.problems.is_empty()) else { continue };
         let is_alias = matches!(yaml.node(value).kind, NodeKind::Alias(_));
         if is_alias || yaml.mapping(value).is_none() {
             reader.wrong_kind(text, ExpectedValue::Mapping, yaml.range(key));
@@ -219,6 +223,15 @@ fn manager(reader: &mut ValueReader<'_>, sections: &[NodeSection], own: &NodeSec
     let parameters = Parameters::of(&own.pattern, sections);
     let namespace = own.pattern.strip_suffix("/controller_manager").unwrap_or(&own.pattern);
     let mut names: Vec<_> = parameters.0.iter().flat_map(|it| types(yaml, it.0.parameters)).collect();
+    // The spawner of controllers takes a type from the controller's own section, too.
+    for section in sections {
+        if let Some((_, name)) =
+            section.pattern.rsplit_once('/').filter(|it| [namespace, "/**"].contains(&it.0))
+            && let Lookup::Found(class) = yaml.find(section.parameters, "type")
+        {
+            names.push((name, class));
+        }
+    }
     names.sort_by_key(|it| (it.0, it.1.0));
     names.dedup_by_key(|it| it.0);
     names.sort_by_key(|it| it.1.0);
@@ -276,12 +289,13 @@ fn controller(
     if let YamlValue::Known { value: AsyncScheduling::Detached, range } = &scheduling {
         reader.problem(FileProblemKind::DetachedController, range.clone());
     }
+    let class = of_manager.value(|it| reader.text(it, &format!("{name}.type")));
     let parameters = own.0.iter().rfind(|it| it.1 && !it.0.pattern.contains('*'));
     Controller {
         name: name.to_owned(),
         name_range: yaml.range(key),
         parameters: parameters.map(|it| yaml.range(it.0.parameters)),
-        class: of_manager.value(|it| reader.text(it, &format!("{name}.type"))),
+        class: if class.range().is_some() { class } else { own.value(|it| reader.text(it, "type")) },
         update_rate: unless(
             elsewhere,
             own.value(|it| reader.integer(it, "update_rate", 0..=i32::MAX.into(), true)),
@@ -429,6 +443,8 @@ predictive:
                 "unknown",
             ),
             (format!("controller_manager: {{{manager}}}\n/**: {{{own}}}\n"), "/controller_manager", "25"),
+            (format!("/**: {{controller_manager: {{{manager}}}}}\n/**: {{a: {{{own}}}}}\n"), "/**/controller_manager", "25"),
+            ("controller_manager: {ros__parameters: {}}\na: {ros__parameters: {type: p/A, update_rate: 7}}\n".to_owned(), "/controller_manager", "7"),
             // The last section counts.
             (
                 format!(

@@ -55,8 +55,12 @@ impl ValueReader<'_> {
     }
 
     /// Returns the problems in the order of the text, and whether the reader of the file takes it, and reads these values.
-    pub(super) fn finish(mut self) -> (Vec<FileProblem>, Completeness) {
-        self.problems.extend(self.yaml.problems.iter().cloned());
+    /// `counts`: whether a problem of the YAML is one of the file.
+    pub(super) fn finish(
+        mut self,
+        counts: impl Fn(&&FileProblem) -> bool,
+    ) -> (Vec<FileProblem>, Completeness) {
+        self.problems.extend(self.yaml.problems.iter().filter(counts).cloned());
         self.problems.sort_by_key(|it| it.range.start);
         // A value that belongs to several entries is read once for each of them.
         self.problems.dedup();
