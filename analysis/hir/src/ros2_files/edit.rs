@@ -108,6 +108,9 @@ enum NewValue {
     Cpus { cpus: CpuSet, may_be_number: bool },
 }
 
+/// The keys behind which keys are inserted.
+const RELATED: &str = "id name policy priority nice affinity update_rate thread_priority cpu_affinity";
+
 struct Change {
     /// The value that is replaced, or behind which a key is inserted.
     node: NodeId,
@@ -254,25 +257,15 @@ impl Editor<'_> {
         Ok(())
     }
 
-    /// Inserts a key into a mapping: in its own line behind a related key, or in braces behind the last one.
+    /// Inserts a key into a mapping: in its own line behind a key of the same group, or in braces behind the last one.
     fn insert(&mut self, mapping: NodeId, key: &str, value: &NewValue) -> Result<(), EditRefusal> {
-        const RELATED: [&str; 9] = [
-            "id",
-            "name",
-            "policy",
-            "priority",
-            "nice",
-            "affinity",
-            "update_rate",
-            "thread_priority",
-            "cpu_affinity",
-        ];
         let range = self.yaml.range(mapping);
         self.check_shared(&range, false)?;
         let is_flow = self.text.get(range.start..).is_some_and(|it| it.starts_with('{'));
         let entries = self.yaml.mapping(mapping).unwrap_or_default();
-        let is_related =
-            |(key, _): &&(NodeId, NodeId)| self.yaml.key(*key).is_some_and(|it| RELATED.contains(&it));
+        let is_related = |it: &&(NodeId, NodeId)| {
+            self.yaml.key(it.0).is_some_and(|it| RELATED.split(' ').any(|key| key == it))
+        };
         let near = entries.iter().rfind(is_related).filter(|_| !is_flow).or(entries.last());
         let Some(&(near_key, near)) = near else { return Err(EditRefusal::Layout(range)) };
         let quote = match self.yaml.node(near_key).kind {

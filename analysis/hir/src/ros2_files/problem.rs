@@ -20,6 +20,8 @@ pub enum FileProblemKind {
     TooLarge,
     /// A second document: readers disagree whether it counts.
     SecondDocument,
+    /// A character that only some readers take for the end of a line, such as a carriage return without a line feed.
+    UncertainLines,
     /// A mapping has a key twice: readers disagree on which one counts.
     RepeatedKey(String),
     /// A merge key (`<<`), an alias or a collection as a key: readers disagree on the keys of the mapping.

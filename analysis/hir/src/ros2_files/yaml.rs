@@ -86,6 +86,12 @@ pub(super) fn parse(text: &str) -> Yaml {
             break;
         }
     }
+    let is_break = |c: char| matches!(c, '\u{85}' | '\u{2028}' | '\u{2029}');
+    let is_alone = |at: usize| !text[at..].starts_with("\r\n");
+    if let Some((at, it)) = text.match_indices(|c| c == '\r' || is_break(c)).find(|it| is_alone(it.0)) {
+        let problem = FileProblem { kind: FileProblemKind::UncertainLines, range: at..at + it.len() };
+        builder.yaml.problems.push(problem);
+    }
     builder.yaml.check_keys();
     builder.yaml
 }
@@ -451,6 +457,9 @@ mod tests {
         assert_eq!(kinds("# nothing\n"), []);
         assert_eq!(kinds("---\na: 1\n...\n"), []);
         assert_eq!(kinds("a: 1\n---\nb: 2\n"), [FileProblemKind::SecondDocument]);
+        for text in ["a: 1 # \rb: 2\n", "a: '\u{85}'\n", "a: 1 # \u{2028}", "\r\r\n", "a: 1\r"] {
+            assert_eq!(kinds(text), [FileProblemKind::UncertainLines], "{text:?}");
+        }
         for text in [
             "a: [1\n",
             "a: b: c\n",
