@@ -6,6 +6,7 @@
 //! | `problem.rs`, `value.rs` | what is wrong in a file; values that are absent, unknown or known |
 //! | `threads.rs`, `group_id.rs` | `threads.yaml`: the threads of the callback-isolated executor; ids of callback groups |
 //! | `controllers.rs` | `controllers.yaml`: the control loop of ros2_control, and its controllers |
+//! | `named_paths.rs` | `architecture.yaml`: the paths of CARET |
 //! | `edit.rs` | a changed priority, policy or affinity as edits, which change no other byte |
 //!
 //! A value that cannot be read is unknown, and never absent: the reader of the file may read it.
@@ -13,6 +14,7 @@
 mod controllers;
 mod edit;
 mod group_id;
+mod named_paths;
 mod problem;
 mod threads;
 mod value;
@@ -24,6 +26,7 @@ pub use controllers::{
 };
 pub use edit::{EditRefusal, ThreadChange, ThreadPlace, YamlEdit, apply_edits, change_thread};
 pub use group_id::{GroupCallback, GroupId, InvalidGroupId};
+pub use named_paths::{NamedPath, PathNode, read_named_paths};
 pub use problem::{ExpectedValue, FileProblem, FileProblemKind};
 pub use threads::{ThreadEntry, ThreadPolicy, ThreadsFile, read_threads};
 pub use value::YamlValue;

@@ -6,7 +6,9 @@ mod unknown;
 
 use std::path::{Path, PathBuf};
 
+use mauve_hir::ros2_files::{NamedPath, read_named_paths};
 use mauve_projects::destination::{destination, destination_folder};
+use mauve_projects::disk::text_of;
 use mauve_projects::output::{Output, say};
 use mauve_projects::replace::create;
 use mauve_pwcet::trace::{Ros2Release, Source, TraceError, TraceReader};
@@ -17,9 +19,9 @@ use recorded::{System, Times, released_by};
 
 #[derive(Debug, clap::Args)]
 pub struct Import {
-    /// A folder that LTTng has recorded with the events of `ros2_tracing`.
-    #[arg(value_name = "RECORDING", required = true, value_hint = clap::ValueHint::DirPath)]
-    recordings: Vec<PathBuf>,
+    /// A folder that LTTng has recorded with the events of `ros2_tracing`, or an `architecture.yaml` of CARET, whose paths become chains.
+    #[arg(value_name = "PATH", required = true, value_hint = clap::ValueHint::AnyPath)]
+    paths: Vec<PathBuf>,
     /// The folder of the project. Files that it has are kept; without it, nothing is written.
     #[arg(short, long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     output: Option<PathBuf>,
@@ -32,22 +34,27 @@ impl Import {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut reader = TraceReader::default();
         let mut times = Times::default();
-        for recording in &self.recordings {
+        let is_yaml = |path: &PathBuf| path.extension().is_some_and(|it| it == "yaml" || it == "yml");
+        let (files, recordings): (Vec<PathBuf>, Vec<PathBuf>) = self.paths.into_iter().partition(is_yaml);
+        let Some(first) = recordings.first() else {
+            return Err("name a recording, too: a folder that `ros2 trace` has written".to_owned());
+        };
+        for recording in &recordings {
             let said = |error: &TraceError| trace_error(recording, error);
             let source = Source::of(recording).map_err(|error| said(&error))?;
             reader.read(&source, &mut times).map_err(|error| said(&error))?;
             let of = reader.finish();
             recording_warnings(&recording.display().to_string(), &of).iter().for_each(|warning| say(warning));
         }
-        let system = System { graph: reader.ros2(), times: times.0 };
+        let system = System { graph: reader.ros2(), times: times.0, paths: named_paths(&files)? };
         if system.executed().next().is_none() {
-            return Err(format!("{}: no callback of ROS 2 was executed in it", self.recordings[0].display()));
+            return Err(format!("{}: no callback of ROS 2 was executed in it", first.display()));
         }
         let mut text = table(&system) + &summary(&system);
         let mut code = 0;
         if let Some(folder) = &self.output {
             text += &written(folder, &system)?;
-            match import_recordings(&self.recordings, &folder.join(SAMPLES)) {
+            match import_recordings(&recordings, &folder.join(SAMPLES)) {
                 Ok(_) => text += &next(folder),
                 Err(message) => {
                     say(&message);
@@ -59,6 +66,30 @@ impl Import {
         }
         Ok(Output::escaped(wrapped(&text), code))
     }
+}
+
+/// Reads the paths in files of CARET.
+fn named_paths(files: &[PathBuf]) -> Result<Vec<NamedPath>, String> {
+    let mut all = Vec::new();
+    for file in files {
+        let (text, problem) = text_of(file);
+        if let Some(problem) = problem {
+            return Err(format!("cannot read `{}`: {problem}", file.display()));
+        }
+        let (paths, problems) = read_named_paths(&text);
+        if let Some(problem) = problems.iter().find(|it| it.kind.is_error()) {
+            let line = text.get(..problem.range.start).map_or(1, |before| before.matches('\n').count() + 1);
+            return Err(format!(
+                "{}:{line}: an `architecture.yaml` of CARET has something else here",
+                file.display()
+            ));
+        }
+        if paths.is_empty() {
+            say(&format!("`{}` has no `named_paths`", file.display()));
+        }
+        all.extend(paths);
+    }
+    Ok(all)
 }
 
 /// Writes the files that a folder does not have. Returns what to print.

@@ -71,7 +71,7 @@ impl FromStr for GroupId {
         let callbacks = parts.map(str::parse).collect::<Result<Vec<_>, _>>()?;
         let namespace = if namespace.is_empty() { "/" } else { namespace }.to_owned();
         let id = GroupId { namespace, node: name.to_owned(), callbacks, is_wildcard };
-        (is_ok && !(is_wildcard && !id.callbacks.is_empty())).then_some(id).ok_or(InvalidGroupId)
+        (is_ok && (id.callbacks.is_empty() || !is_wildcard)).then_some(id).ok_or(InvalidGroupId)
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use mauve_hir::ros2_files::{NamedPath, PathNode};
 use mauve_pwcet::trace::{ROS2_LIBRARY, Ros2Callback, Ros2Release, ros2_identifier};
 
 use super::recorded::{System, released_by};
@@ -16,9 +17,10 @@ const MOST_WRITES: u64 = 16;
 
 /// Returns the files of a project, with their names.
 pub(super) fn files(system: &System<'_>) -> [(&'static str, String); 4] {
+    let (model, chains) = Model::of(system);
     [
-        ("mauve.toml", configuration(system)),
-        ("system.mal", Model::of(system).text()),
+        ("mauve.toml", configuration(system) + &chains),
+        ("system.mal", model.text()),
         ("timing.toml", times(system)),
         ("README.md", about(system)),
     ]
@@ -76,6 +78,8 @@ struct Part<'a> {
     component: String,
     /// The input ports, with what they are connected to.
     inputs: Vec<(String, PartSource)>,
+    /// The same for what another callback of its node keeps for it.
+    kept: Vec<(String, PartSource)>,
     /// The output ports, with their topics and the number of writes.
     outputs: Vec<(String, &'a str, u64)>,
     /// The deadline in nanoseconds: of a timer its period, which it passes on to what it releases; 0 if it is unknown.
@@ -93,6 +97,9 @@ struct PartSource {
 /// The instance that writes what no callback of the recording publishes, and its component.
 const OUTSIDE: [&str; 2] = ["outside", "Outside"];
 
+/// The ports between two callbacks of a node.
+const KEPT: &str = "kept";
+
 /// Its port for requests, and for what the recording does not say.
 const REQUESTS: &str = "requests";
 
@@ -104,7 +111,8 @@ struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    fn of(system: &'a System<'a>) -> Model<'a> {
+    /// Returns the model, and the chains for its configuration.
+    fn of(system: &'a System<'a>) -> (Model<'a>, String) {
         let mut names = BTreeSet::from([OUTSIDE[1].to_owned()]);
         let mut parts: Vec<Part<'a>> = Vec::new();
         for (_, callback, _) in system.executed() {
@@ -117,7 +125,8 @@ impl<'a> Model<'a> {
             }
             let component = unique(&camel_case(&callback.name), |it| names.contains(it));
             names.insert(component.clone());
-            parts.push(Part { callback, component, inputs: Vec::new(), outputs, deadline: 0, thread: None });
+            let (inputs, kept) = (Vec::new(), Vec::new());
+            parts.push(Part { callback, component, inputs, kept, outputs, deadline: 0, thread: None });
         }
         let inputs: Vec<_> = parts.iter().map(|it| it.inputs_from(&parts, system)).collect();
         parts.iter_mut().zip(inputs).for_each(|(part, inputs)| part.inputs = inputs);
@@ -126,7 +135,78 @@ impl<'a> Model<'a> {
         let mut model = Model { parts, outside, system };
         model.set_deadlines();
         model.set_threads();
-        model
+        let chains = system.paths.iter().map(|path| model.chain(path)).collect();
+        (model, chains)
+    }
+
+    /// Returns the section of a chain. A node that gets data by one callback and passes it on by another one keeps it: the first has an
+    /// output for the second.
+    fn chain(&mut self, path: &NamedPath) -> String {
+        let name = comment(&path.name);
+        let mut steps: Vec<usize> = Vec::new();
+        for node in &path.nodes {
+            let [receiver, sender] = [self.receiver(node), self.sender(node)];
+            if receiver.is_none() && node.subscribes.is_some() || sender.is_none() && node.publishes.is_some()
+            {
+                let node = comment(&node.node);
+                return format!(
+                    "\n# The path {name} is no chain: the recording has not both callbacks of {node}.\n"
+                );
+            }
+            let sender = sender.filter(|it| receiver != Some(*it));
+            if let (Some(receiver), Some(sender)) = (receiver, sender) {
+                self.keep(receiver, sender);
+            }
+            steps.extend(receiver.into_iter().chain(sender));
+        }
+        let [first, through @ .., last] = steps.as_slice() else {
+            return format!("\n# The path {name} is no chain: it has fewer than two callbacks.\n");
+        };
+        let instance = |step: &usize| self.parts.get(*step).map_or("", |it| it.callback.name.as_str());
+        let [from, to] = [first, last].map(instance);
+        let through: Vec<String> = through.iter().map(|it| format!("\"{}\"", instance(it))).collect();
+        format!(
+            "\n# With a limit, such as `latency = \"500 ms\"`, `mauve check` compares it.\n[chains.\"{}\"]\nfrom = \"{from}.{from}\"\n\
+             to = \"{to}.{to}\"\nthrough = [{}]\n",
+            ros2_identifier(&path.name),
+            through.join(", ")
+        )
+    }
+
+    fn of_node(&self, node: &PathNode) -> impl Iterator<Item = (usize, &Part<'a>)> {
+        let graph = self.system.graph;
+        let is_of =
+            |part: &Part<'_>| part.callback.node.and_then(|it| graph.nodes.get(it)) == Some(&node.node);
+        self.parts.iter().enumerate().filter(move |(_, part)| is_of(part))
+    }
+
+    fn receiver(&self, node: &PathNode) -> Option<usize> {
+        let release = Ros2Release::Subscription(node.subscribes.clone()?);
+        self.of_node(node).find(|(_, part)| part.callback.release == release).map(|it| it.0)
+    }
+
+    /// The one that gets the data, if it publishes; otherwise another one.
+    fn sender(&self, node: &PathNode) -> Option<usize> {
+        let topic = node.publishes.as_deref()?;
+        let publishes = |part: &Part<'_>| part.outputs.iter().any(|it| it.1 == topic);
+        let receiver = self.receiver(node).filter(|it| self.parts.get(*it).is_some_and(publishes));
+        receiver.or_else(|| self.of_node(node).find(|(_, part)| publishes(part)).map(|it| it.0))
+    }
+
+    /// Connects two callbacks of a node, unless they are.
+    fn keep(&mut self, receiver: usize, sender: usize) {
+        if self.parts.get(sender).is_none_or(|it| it.kept.iter().any(|it| it.1.part == Some(receiver))) {
+            return;
+        }
+        let [mut output, mut input] = [KEPT.to_owned(), KEPT.to_owned()];
+        if let Some(part) = self.parts.get_mut(receiver) {
+            output = unique(KEPT, |it| part.has_port(it));
+            part.outputs.push((output.clone(), "", 1));
+        }
+        if let Some(part) = self.parts.get_mut(sender) {
+            input = unique(&input, |it| part.has_port(it));
+            part.kept.push((input, PartSource { part: Some(receiver), port: output }));
+        }
     }
 
     fn set_deadlines(&mut self) {
@@ -204,7 +284,7 @@ impl<'a> Model<'a> {
         }
         text.push('\n');
         for part in &self.parts {
-            for (port, source) in &part.inputs {
+            for (port, source) in part.all_inputs() {
                 let from =
                     source.part.and_then(|it| self.parts.get(it)).map_or(outside, |it| &it.callback.name);
                 let _ =
@@ -276,6 +356,14 @@ impl<'a> Part<'a> {
         inputs
     }
 
+    fn all_inputs(&self) -> impl Iterator<Item = &(String, PartSource)> {
+        self.inputs.iter().chain(&self.kept)
+    }
+
+    fn has_port(&self, name: &str) -> bool {
+        self.all_inputs().any(|it| it.0 == name) || self.outputs.iter().any(|it| it.0 == name)
+    }
+
     /// Whether something that the recording does not have releases it.
     fn has_outside(&self) -> bool {
         self.inputs.iter().any(|it| it.1.part.is_none())
@@ -338,7 +426,8 @@ impl<'a> Part<'a> {
 
     /// Writes its codel, shell, core and component.
     fn write(&self, text: &mut String, system: &System<'_>) {
-        let Part { callback, component, inputs, outputs, .. } = self;
+        let Part { callback, component, outputs, .. } = self;
+        let inputs: Vec<_> = self.all_inputs().collect();
         let name = &callback.name;
         let node = callback.node.and_then(|it| system.graph.nodes.get(it));
         let node = node.map_or("an unknown node", String::as_str);

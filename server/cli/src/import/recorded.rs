@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
+use mauve_hir::ros2_files::NamedPath;
 use mauve_pwcet::trace::{Ros2Callback, Ros2Graph, Ros2Release, Span, SpanKind, SpanNames, Visitor};
 
 use crate::text::duration;
@@ -12,6 +13,8 @@ pub(super) struct System<'a> {
     pub(super) graph: &'a Ros2Graph,
     /// By the name of the callback.
     pub(super) times: BTreeMap<String, CallbackTimes>,
+    /// The paths that people look at.
+    pub(super) paths: Vec<NamedPath>,
 }
 
 /// The execution times of a callback.
