@@ -6,9 +6,21 @@ use std::process::Command;
 
 use mauve_pwcet::samples::Samples;
 use mauve_tests::orocos::{COMPILERS, run};
-use mauve_tests::{Recorder, mauve, own_scratch};
+use mauve_tests::{Recorder, mauve, own_scratch, write};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_mauve");
+
+/// What CARET writes of a path through both nodes.
+const PATHS: &str = "named_paths:
+- path_name: reach
+  node_chain:
+  - node_name: /arm/eye
+    publish_topic_name: /arm/seen
+    subscribe_topic_name: UNDEFINED
+  - node_name: /hand
+    publish_topic_name: UNDEFINED
+    subscribe_topic_name: /arm/seen
+";
 
 fn source(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/import").join(name)
@@ -38,7 +50,9 @@ fn orocos_callbacks_that_were_recorded_are_a_project() {
     recorder.stop();
 
     let recording = recorder.output();
-    let import = || mauve(BINARY, &folder, &["import", &recording.display().to_string(), "-o", "robot"]);
+    write(&folder, &[("architecture.yaml", PATHS)]);
+    let of = recording.display().to_string();
+    let import = || mauve(BINARY, &folder, &["import", &of, "architecture.yaml", "-o", "robot"]);
     let first = import();
     assert_eq!(first.code, 0, "{first:?}");
     for expected in [
@@ -79,12 +93,11 @@ fn orocos_callbacks_that_were_recorded_are_a_project() {
     let tune = ["tune", "--priorities", "--cpus", "--deployment", "Isolated", "robot"];
     let tune = mauve(BINARY, &folder, &tune);
     assert!(tune.has("2 of 2 deadlines met"), "{tune:?}");
-    let chains = mauve(BINARY, &folder, &["chains", "robot"]);
-    assert!(chains.has("arm_eye_timer_20ms") && chains.has("hand_on_arm_seen"), "{chains:?}");
+    let chains = mauve(BINARY, &folder, &["chains", "--deployment", "Isolated", "robot"]);
+    assert!(chains.has("\n  reach") && chains.has("≤ "), "{chains:?}");
 
     // The recording says that the timer is a little late now and then, which the deployment does not.
-    let recorded = recording.display().to_string();
-    let trace = mauve(BINARY, &folder, &["trace", "check", "--deployment", "Isolated", &recorded, "robot"]);
+    let trace = mauve(BINARY, &folder, &["trace", "check", "--deployment", "Isolated", &of, "robot"]);
     assert!(
         trace.has("arm_eye_timer_20ms       40") && trace.has("hand_on_arm_seen         40"),
         "{trace:?}"

@@ -40,9 +40,13 @@ pub struct Ros2Graph {
     pub unknown: u64,
     /// The greatest number of a CPU on which a callback began, from 0.
     pub last_cpu: Option<u32>,
+    /// The last message of each topic, and the least time between two messages.
+    topics: HashMap<String, (u64, Option<u64>)>,
     handles: HashMap<Handle, usize>,
     /// What threads execute now.
     open: HashMap<RecordedThread, OpenCallback>,
+    /// The publishers of the messages that threads have just passed on within their processes.
+    within: HashMap<RecordedThread, usize>,
     hosts: HashMap<Vec<u8>, u32>,
     /// By host and thread.
     clocks: HashMap<(u32, u64), ThreadClock>,
@@ -187,6 +191,11 @@ impl Ros2Graph {
         self.index(self.groups.get(group)?.owner?)
     }
 
+    /// Returns the least time between two messages of a topic, if the recording has two.
+    pub fn least_gap(&self, topic: &str) -> Option<u64> {
+        self.topics.get(topic)?.1
+    }
+
     /// Takes an event. Returns the callback that begins or ends.
     pub(super) fn event(
         &mut self,
@@ -196,7 +205,8 @@ impl Ros2Graph {
         match event.name {
             b"callback_start" => return Ok(self.execution(event, thread, false)),
             b"callback_end" => return Ok(self.execution(event, thread, true)),
-            b"rcl_publish" | b"rclcpp_intra_publish" => _ = self.publish(event, thread),
+            b"rcl_publish" => _ = self.publish(event, thread, false),
+            b"rclcpp_intra_publish" => _ = self.publish(event, thread, true),
             _ => _ = self.made(event, thread),
         }
         let parts = [self.nodes.len(), self.callbacks.len(), self.publishers.len(), self.groups.len()];
@@ -361,11 +371,28 @@ impl Ros2Graph {
         Some(CallbackEvent { callback, is_end, cpu_ns: event.time })
     }
 
-    fn publish(&mut self, event: &Ros2Event<'_>, thread: RecordedThread) -> Option<()> {
+    /// A message that goes to other nodes of the process, and to other processes, has both events, one after the other.
+    fn publish(&mut self, event: &Ros2Event<'_>, thread: RecordedThread, is_within: bool) -> Option<()> {
         let RecordedThread { origin, process, .. } = thread;
         let address = event.number("publisher_handle")?;
         let publisher = self.index(Handle { kind: HandleKind::Publisher, origin, process, address })?;
+        let last = self.within.remove(&thread);
+        if is_within {
+            if self.within.len() >= MOST_THREADS {
+                self.within.clear();
+            }
+            self.within.insert(thread, publisher);
+        } else if last == Some(publisher) {
+            return None;
+        }
         let of = self.publishers.get_mut(publisher)?;
+        match self.topics.get_mut(&of.topic) {
+            Some((last, least)) => {
+                let gap = event.time.saturating_sub(*last);
+                (*last, *least) = (event.time, Some(least.map_or(gap, |it| it.min(gap))));
+            }
+            None => _ = self.topics.insert(of.topic.clone(), (event.time, None)),
+        }
         let open = self.open.get_mut(&thread).filter(|it| it.published.len() < MOST_OF_CALLBACK);
         let callback = open.and_then(|open| {
             let messages = open.published.entry(publisher).or_default();
@@ -608,6 +635,7 @@ mod tests {
         // It never executed.
         assert_eq!((open.name.as_str(), open.executions), ("", 0));
         assert_eq!((graph.publishers[0].outside, eye.in_second, graph.last_cpu), (1, 2, Some(1)));
+        assert_eq!((graph.least_gap("/seen"), graph.least_gap("/other")), (Some(5), None));
         assert_eq!((graph.unknown, graph.executors.len(), graph.executor_of(0)), (1, 1, Some(0)));
         assert_eq!(graph.groups[0].kind, "mutually_exclusive");
         assert_eq!((totals.events, totals.spans, totals.unbalanced), (6, 6, 0));
@@ -637,6 +665,26 @@ mod tests {
             assert_eq!(found, [("arm_eye_timer_5ms".to_owned(), 100, 60)]);
             assert_eq!(reader.ros2().callbacks[0].elapsed, 1);
         }
+    }
+
+    /// It goes to nodes of the process, and to others.
+    #[test]
+    fn a_message_with_two_events_is_one() {
+        let publish =
+            |time, event_name: &str| event(time, event_name, "publisher_handle = 0xB1, message = 0x1");
+        let text = made()
+            + &start(100, 1)
+            + &publish(110, "rclcpp_intra_publish")
+            + &publish(111, "rcl_publish")
+            + &publish(150, "rclcpp_intra_publish")
+            + &publish(170, "rclcpp_intra_publish")
+            + &end(180, 1);
+        let (_, reader, _) = read(&text);
+        let messages = BTreeMap::from([(0, Ros2Messages { all: 3, most: 3 })]);
+        assert_eq!(
+            (&reader.ros2().callbacks[0].publishes, reader.ros2().least_gap("/seen")),
+            (&messages, Some(20))
+        );
     }
 
     #[test]

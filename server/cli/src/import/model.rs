@@ -119,7 +119,7 @@ impl<'a> Model<'a> {
             let mut outputs: Vec<(String, &str, u64)> = Vec::new();
             for (publisher, messages) in &callback.publishes {
                 let Some(publisher) = system.graph.publishers.get(*publisher) else { continue };
-                let is_known = |it: &str| outputs.iter().any(|of| of.0 == it);
+                let is_known = |it: &str| it == callback.name || outputs.iter().any(|of| of.0 == it);
                 let name = unique(&ros2_identifier(&publisher.topic), is_known);
                 outputs.push((name, &publisher.topic, messages.most));
             }
@@ -200,11 +200,11 @@ impl<'a> Model<'a> {
         }
         let [mut output, mut input] = [KEPT.to_owned(), KEPT.to_owned()];
         if let Some(part) = self.parts.get_mut(receiver) {
-            output = unique(KEPT, |it| part.has_port(it));
+            output = unique(KEPT, |it| part.has_name(it));
             part.outputs.push((output.clone(), "", 1));
         }
         if let Some(part) = self.parts.get_mut(sender) {
-            input = unique(&input, |it| part.has_port(it));
+            input = unique(&input, |it| part.has_name(it));
             part.kept.push((input, PartSource { part: Some(receiver), port: output }));
         }
     }
@@ -322,7 +322,7 @@ impl<'a> Model<'a> {
         let _ = writeln!(text, "\n  // {what}\n  deployment {name} {{\n    architecture System");
         for part in &self.parts {
             let mates = self.parts.iter().filter(|it| it.thread_name() == part.thread_name());
-            *text += &part.activity(mates.map(&priority).max().unwrap_or(0));
+            *text += &part.activity(mates.map(&priority).max().unwrap_or(0), self.system);
         }
         if !self.outside.is_empty() {
             let _ = writeln!(text, "    activity {} {{ priority = background }}", OUTSIDE[0]);
@@ -341,9 +341,7 @@ impl<'a> Part<'a> {
             Ros2Release::Service(_) | Ros2Release::Unknown => REQUESTS,
         };
         let mut add = |part: Option<usize>, port: &str| {
-            let is_known = |it: &str| {
-                inputs.iter().any(|input| input.0 == it) || self.outputs.iter().any(|of| of.0 == it)
-            };
+            let is_known = |it: &str| self.has_name(it) || inputs.iter().any(|input| input.0 == it);
             let name = unique(&ros2_identifier(topic), is_known);
             inputs.push((name, PartSource { part, port: port.to_owned() }));
         };
@@ -351,7 +349,7 @@ impl<'a> Part<'a> {
             part.outputs.iter().filter(|it| it.1 == topic).for_each(|it| add(Some(from), &it.0));
         }
         if !system.knows_writers(self.callback) {
-            add(None, &ros2_identifier(topic));
+            add(None, &unique(&ros2_identifier(topic), |_| false));
         }
         inputs
     }
@@ -360,8 +358,10 @@ impl<'a> Part<'a> {
         self.inputs.iter().chain(&self.kept)
     }
 
-    fn has_port(&self, name: &str) -> bool {
-        self.all_inputs().any(|it| it.0 == name) || self.outputs.iter().any(|it| it.0 == name)
+    /// Whether a port has this name, or its codel, which a port would hide.
+    fn has_name(&self, name: &str) -> bool {
+        let mut ports = self.all_inputs().map(|it| &it.0).chain(self.outputs.iter().map(|it| &it.0));
+        self.callback.name == name || ports.any(|it| it == name)
     }
 
     /// Whether something that the recording does not have releases it.
@@ -385,7 +385,7 @@ impl<'a> Part<'a> {
         self.thread.as_deref().unwrap_or(&self.callback.name)
     }
 
-    fn activity(&self, priority: u32) -> String {
+    fn activity(&self, priority: u32, system: &System<'_>) -> String {
         let name = &self.callback.name;
         if priority == 0 {
             return format!("    activity {name} {{ priority = background }}\n");
@@ -409,7 +409,11 @@ impl<'a> Part<'a> {
             // Messages are a little closer together than the timer's period.
             false => {
                 let most = (self.deadline / 10 * 9).max(1_000);
-                (three_digits(self.callback.least_gap.unwrap_or(most).clamp(1_000, most)), 1)
+                let gap = match &self.callback.release {
+                    Ros2Release::Subscription(topic) => system.graph.least_gap(topic),
+                    _ => None,
+                };
+                (three_digits(gap.unwrap_or(most).clamp(1_000, most)), 1)
             }
         };
         let _ = write!(text, "  least = {}", milliseconds(least));
@@ -453,17 +457,22 @@ impl<'a> Part<'a> {
         let ports: Vec<String> = ports.collect();
         let _ = writeln!(text, "  shell {component}Shell {{ {} }}", ports.join("  "));
         let _ = writeln!(text, "  core {component}Core({component}Shell) {{");
-        let variable = |port: &str| format!("{port}_data");
         let all = inputs.iter().map(|it| &it.0).chain(outputs.iter().map(|it| &it.0));
-        let variables: Vec<String> = all.map(|it| variable(it)).collect();
+        let mut variables: Vec<String> = Vec::new();
+        for port in all {
+            let is_known = |it: &str| self.has_name(it) || variables.iter().any(|known| known == it);
+            variables.push(unique(&format!("{port}_data"), is_known));
+        }
         for variable in &variables {
             let _ = writeln!(text, "    var {variable}: Message");
         }
-        let reads = inputs.iter().map(|it| format!("read({}, {});", it.0, variable(&it.0)));
+        let reads =
+            inputs.iter().zip(&variables).map(|(it, variable)| format!("read({}, {variable});", it.0));
         let call = format!("{name}({});", variables.join(", "));
-        let writes = outputs.iter().flat_map(|(port, _, most)| {
+        let of_outputs = variables.iter().skip(inputs.len());
+        let writes = outputs.iter().zip(of_outputs).flat_map(|((port, _, most), variable)| {
             let times = usize::try_from((*most).clamp(1, MOST_WRITES)).unwrap_or(1);
-            std::iter::repeat_n(format!("write({port}, {});", variable(port)), times)
+            std::iter::repeat_n(format!("write({port}, {variable});"), times)
         });
         let statements: Vec<String> = reads.chain([call]).chain(writes).collect();
         let _ = writeln!(text, "    update = {{ {} }}\n  }}", statements.join(" "));
@@ -473,6 +482,7 @@ impl<'a> Part<'a> {
 
 /// Returns a name that is not known yet: the name itself, or the first one with a number.
 fn unique(name: &str, is_known: impl Fn(&str) -> bool) -> String {
+    let name = if name.is_empty() { "unnamed" } else { name };
     let numbered = (2..).map(|number| format!("{name}_{number}"));
     std::iter::once(name.to_owned()).chain(numbered).find(|it| !is_known(it)).unwrap_or_default()
 }
@@ -506,5 +516,117 @@ fn milliseconds(nanoseconds: u64) -> String {
     match part {
         0 => whole.to_string(),
         _ => format!("{whole}.{part:06}").trim_end_matches('0').to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mauve_diagnostics::first_error;
+    use mauve_hir::{Database, Workspace, projects};
+    use mauve_pwcet::trace::{Ros2Graph, Ros2Messages, Ros2Publisher};
+    use proptest::prelude::*;
+
+    use super::super::recorded::Times;
+    use super::*;
+
+    /// A callback for each entry: its node, what releases it, and the topics that it publishes.
+    fn graph(entries: &[(&str, Ros2Release, Vec<&str>)]) -> Ros2Graph {
+        let mut graph = Ros2Graph::default();
+        for (number, (node, release, topics)) in entries.iter().enumerate() {
+            let known = graph.nodes.iter().position(|it| it == node);
+            let node = known.unwrap_or_else(|| {
+                graph.nodes.push((*node).to_owned());
+                graph.nodes.len() - 1
+            });
+            let mut callback = Ros2Callback::default();
+            (callback.node, callback.release) = (Some(node), release.clone());
+            callback.name = format!("{}_{number}", ros2_identifier(graph.nodes[node].as_str()));
+            (callback.executions, callback.symbol) = (3, "a\n*/ \"b".to_owned());
+            for topic in topics {
+                let messages = Ros2Messages { all: 3, most: 1 };
+                callback.publishes.insert(graph.publishers.len(), messages);
+                let publisher = Ros2Publisher {
+                    node: Some(node),
+                    topic: (*topic).to_owned(),
+                    ..Ros2Publisher::default()
+                };
+                graph.publishers.push(publisher);
+            }
+            graph.callbacks.push(callback);
+        }
+        graph
+    }
+
+    /// Returns the files, and the errors in them.
+    fn checked(graph: &Ros2Graph, paths: Vec<NamedPath>) -> (BTreeMap<&'static str, String>, Vec<String>) {
+        let mut times = Times::default();
+        for callback in &graph.callbacks {
+            times.0.entry(callback.name.clone()).or_default();
+        }
+        let files: BTreeMap<_, _> = files(&System { graph, times: times.0, paths }).into_iter().collect();
+        let db = Database::default();
+        let texts = ["mauve.toml", "system.mal", "timing.toml"].map(|it| (it, files[it].clone()));
+        let texts = texts.into_iter().chain([(OBSERVED, "unit = \"ms\"\n".to_owned())]);
+        let workspace =
+            Workspace::of_texts(&db, "/".into(), texts.map(|(name, text)| (format!("/{name}").into(), text)));
+        let projects = projects(&db, workspace);
+        assert_eq!(projects.len(), 1);
+        let errors = first_error(&db, projects[0]).into_iter().map(|it| it.message).collect();
+        (files, errors)
+    }
+
+    #[test]
+    fn a_node_keeps_data_for_another_callback() {
+        let timer = || Ros2Release::Timer(100_000_000);
+        let on = |topic: &str| Ros2Release::Subscription(topic.to_owned());
+        let graph = graph(&[
+            ("/eye", timer(), vec!["/seen"]),
+            ("/head", on("/seen"), vec![]),
+            ("/head", timer(), vec!["/goal"]),
+            ("/hand", on("/goal"), vec![]),
+        ]);
+        let node = |node: &str, subscribes: &str, publishes: &str| PathNode {
+            node: node.to_owned(),
+            subscribes: Some(subscribes.to_owned()).filter(|it| !it.is_empty()),
+            publishes: Some(publishes.to_owned()).filter(|it| !it.is_empty()),
+        };
+        let nodes =
+            vec![node("/eye", "", "/seen"), node("/head", "/seen", "/goal"), node("/hand", "/goal", "")];
+        let reach = NamedPath { name: "reach".to_owned(), nodes };
+        let lost = NamedPath { name: "lost\n[x]".to_owned(), nodes: vec![node("/eye", "", "/other")] };
+        let (files, errors) = checked(&graph, vec![reach, lost]);
+        assert_eq!(errors, Vec::<String>::new());
+        let model = &files["system.mal"];
+        assert!(model.contains("connection head_1.kept -> head_2.kept"), "{model}");
+        assert!(model.contains("activity head_2 { priority = 4  period = 100 }"), "{model}");
+        let config = &files["mauve.toml"];
+        assert!(
+            config.contains(
+                "from = \"eye_0.eye_0\"\nto = \"hand_3.hand_3\"\nthrough = [\"head_1\", \"head_2\"]"
+            ),
+            "{config}"
+        );
+        assert!(config.contains("# The path lost [x] is no chain"), "{config}");
+    }
+
+    proptest! {
+        /// Names of ROS 2 may be keywords here, and a recording may have any text.
+        #[test]
+        fn any_names_give_a_model(
+            entries in proptest::collection::vec((0..9_usize, 0..9_usize, 0..4_u8, proptest::collection::vec(0..9_usize, 0..4)), 1..6)
+        ) {
+            const NAMES: [&str; 9] = ["/in", "/in_data", "/a_b", "/update", "/read", "/é\"}\n", "/3d", "/void", ""];
+            let entries: Vec<_> = entries.into_iter().map(|(node, topic, kind, topics)| {
+                let release = match kind {
+                    0 => Ros2Release::Timer(topic as u64),
+                    1 => Ros2Release::Subscription(NAMES[topic].to_owned()),
+                    2 => Ros2Release::Service(NAMES[topic].to_owned()),
+                    _ => Ros2Release::Unknown,
+                };
+                (NAMES[node], release, topics.into_iter().map(|it| NAMES[it]).collect())
+            }).collect();
+            let (files, errors) = checked(&graph(&entries), Vec::new());
+            prop_assert!(errors.is_empty(), "{errors:?} in {}", files["system.mal"]);
+        }
     }
 }

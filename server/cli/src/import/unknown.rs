@@ -1,6 +1,6 @@
 //! What a recording does not say, and what the figures of an import are: lines for a terminal and for the project.
 
-use mauve_pwcet::trace::Ros2Release;
+use mauve_pwcet::trace::{Ros2Callback, Ros2Release};
 
 use super::recorded::System;
 use crate::text::counted;
@@ -57,6 +57,17 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
             topics.join(", "),
         ));
     }
+    if system.paths.is_empty() {
+        let silent: Vec<&str> =
+            system.executed().filter(|(_, it, _)| keeps(system, it)).map(|it| it.1.name.as_str()).collect();
+        if !silent.is_empty() {
+            lines.push(format!(
+                "no chain goes through {}: what another callback of the node publishes may depend on it, which an `architecture.yaml` of \
+                 CARET says by `named_paths`",
+                silent.join(", "),
+            ));
+        }
+    }
     let idle = graph.callbacks.iter().filter(|it| it.executions == 0).count();
     if idle > 0 {
         lines.push(format!(
@@ -76,6 +87,15 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
         ));
     }
     lines
+}
+
+/// Whether a callback publishes nothing, and is of a node where another one does.
+fn keeps(system: &System<'_>, callback: &Ros2Callback) -> bool {
+    let publishes =
+        |(_, it, _): (usize, &Ros2Callback, _)| it.node == callback.node && !it.publishes.is_empty();
+    // Parameters and the time are of no chain.
+    let is_data = matches!(&callback.release, Ros2Release::Subscription(topic) if topic != "/parameter_events" && topic != "/clock");
+    is_data && callback.publishes.is_empty() && system.executed().any(publishes)
 }
 
 /// Returns how many groups with an executed callback have an executor with several threads.
