@@ -16,7 +16,8 @@
 //! `controller_manager/src/ros2_control_node.cpp`, `controller_manager_parameters.yaml`, `controller_manager.cpp`,
 //! `controller_interface/src/controller_interface_base.cpp`; and of ros-controls/realtime_tools at 0e0bca04,
 //! `async_function_handler.hpp`. The file is one of parameters, as `rcl_yaml_param_parser` reads them (ros2/rcl at c19dab55): it knows
-//! no aliases, and a number in quotes is a text. Of several sections for a node, the last one with a parameter counts.
+//! no aliases, and a number in quotes is a text. Of several sections for a node, the last one with a parameter counts (ros2/rclcpp at
+//! a0a2a067, `parameter_map.cpp`).
 
 use std::ops::Range;
 
@@ -34,7 +35,10 @@ pub const DEFAULT_UPDATE_RATE: u32 = 100;
 pub const DEFAULT_THREAD_PRIORITY: u8 = 50;
 
 /// The most sections of nodes, and the most controllers of a manager.
-const MAX_NODES: usize = 1000;
+const MAX_NODES: usize = 500;
+
+/// The most parameters.
+const MAX_PARAMETERS: usize = 10_000;
 
 /// The longest name of a node, in bytes.
 const MAX_NAME: usize = 1000;
@@ -110,6 +114,8 @@ struct NodeSection {
     /// The absolute name of the node, perhaps with wildcards.
     pattern: String,
     parameters: NodeId,
+    /// The index of the first section with this name: the reader merges them there.
+    first: usize,
 }
 
 /// Reads a `controllers.yaml`.
@@ -122,6 +128,12 @@ pub fn read_controllers(text: &str) -> ControllersFile {
             reader.wrong_kind("", ExpectedValue::Mapping, yaml.range(root));
         }
         collect_sections(&mut reader, root, "", &mut sections);
+        sections.sort_by_key(|it| it.first);
+    }
+    let sizes = sections.iter().filter_map(|it| yaml.mapping(it.parameters)).map(<[_]>::len);
+    if sizes.sum::<usize>() > MAX_PARAMETERS {
+        reader.problem(FileProblemKind::TooLarge, 0..0);
+        sections.clear();
     }
     for alias in yaml.nodes.iter().filter(|it| matches!(it.kind, NodeKind::Alias(_))) {
         reader.problem(FileProblemKind::Alias, alias.range.clone());
@@ -165,7 +177,8 @@ fn collect_sections(
         } else if sections.len() >= MAX_NODES || name.len() + text.len() > MAX_NAME {
             return reader.problem(FileProblemKind::TooLarge, yaml.range(key));
         } else if text == "ros__parameters" {
-            sections.push(NodeSection { pattern: name.to_owned(), parameters: value });
+            let first = sections.iter().position(|it| it.pattern == name).unwrap_or(sections.len());
+            sections.push(NodeSection { pattern: name.to_owned(), parameters: value, first });
         } else {
             collect_sections(reader, value, &format!("{name}/{}", text.trim_matches('/')), sections);
         }
@@ -174,14 +187,14 @@ fn collect_sections(
 
 /// Returns whether the parameters of a section are those of a node; `Some(false)`: perhaps.
 fn applies(pattern: &str, node: &str) -> Option<bool> {
-    let last = |it: &'_ str| it.rsplit('/').next().map(str::to_owned);
-    let is_same = pattern == node || pattern == "/**";
-    if is_same || pattern.strip_prefix("/**/").is_some_and(|it| last(node).as_deref() == Some(it)) {
+    let last = |it: &'_ str| it.rsplit('/').next().map(str::to_owned).unwrap_or_default();
+    let (of_pattern, of_node) = (last(pattern), last(node));
+    if [node, "/**"].contains(&pattern) || pattern.strip_prefix("/**/") == Some(&of_node) {
         return Some(true);
     }
     // The namespace of a manager for which the file has a wildcard is unknown.
-    let is_perhaps = pattern.contains('*') || node.contains('*') && last(pattern) == last(node);
-    is_perhaps.then_some(false)
+    let has_wildcard = pattern.contains('*') || node.contains('*');
+    (has_wildcard && (of_pattern == of_node || of_pattern.contains('*'))).then_some(false)
 }
 
 /// Returns the controllers in the parameters of a manager: those with a type.
@@ -445,7 +458,14 @@ predictive:
             (format!("controller_manager: {{{manager}}}\n/**: {{{own}}}\n"), "/controller_manager", "25"),
             (format!("/**: {{controller_manager: {{{manager}}}}}\n/**: {{a: {{{own}}}}}\n"), "/**/controller_manager", "25"),
             ("controller_manager: {ros__parameters: {}}\na: {ros__parameters: {type: p/A, update_rate: 7}}\n".to_owned(), "/controller_manager", "7"),
-            // The last section counts.
+            (format!("/**/controller_manager: {{{manager}}}\n/**/b: {{{own}}}\n"), "/**/controller_manager", "absent"),
+            (format!("/**/controller_manager: {{{manager}}}\n/x/*: {{{own}}}\n"), "/**/controller_manager", "unknown"),
+            // Sections with one name are one; the last section counts.
+            (
+                format!("a: {{{own}}}\ncontroller_manager: {{{manager}}}\n/**/a: {{ros__parameters: {{update_rate: 5}}}}\na: {{ros__parameters: {{update_rate: 6}}}}\n"),
+                "/controller_manager",
+                "5",
+            ),
             (
                 format!(
                     "controller_manager: {{{manager}}}\na: {{{own}}}\n/**/a: {{ros__parameters: {{update_rate: 5}}}}\n"
