@@ -208,26 +208,50 @@ fn types(yaml: &Yaml, parameters: NodeId) -> Vec<(&str, NodeId)> {
     yaml.mapping(parameters).unwrap_or_default().iter().filter_map(controller).collect()
 }
 
-/// The sections with parameters of a node, in the order of the file, and whether they are certainly of it.
-struct Parameters<'s>(Vec<(&'s NodeSection, bool)>);
+/// The parameters of a node.
+struct Parameters<'s> {
+    /// The sections that may have some, in the order of the file, and whether they are certainly of the node.
+    sections: Vec<(&'s NodeSection, bool)>,
+    /// The place of the name of another file with parameters.
+    elsewhere: Option<Range<usize>>,
+}
 
 impl<'s> Parameters<'s> {
     fn of(node: &str, sections: &'s [NodeSection]) -> Parameters<'s> {
         let found = sections.iter().filter_map(|it| applies(&it.pattern, node).map(|is_its| (it, is_its)));
-        Parameters(found.collect())
+        Parameters { sections: found.collect(), elsewhere: None }
     }
 
     /// Returns a parameter: that of the last section that has it.
     fn value<T>(&self, mut read: impl FnMut(NodeId) -> YamlValue<T>) -> YamlValue<T> {
-        for (section, is_its) in self.0.iter().rev() {
+        for (section, is_its) in self.sections.iter().rev() {
             let found = read(section.parameters);
             match found.range() {
-                Some(range) if !is_its => return YamlValue::Unknown(range.clone()),
+                Some(range) if !is_its || self.elsewhere.is_some() => {
+                    return YamlValue::Unknown(range.clone());
+                }
                 Some(_) => return found,
                 None => {}
             }
         }
-        YamlValue::Absent
+        self.elsewhere.clone().map_or(YamlValue::Absent, YamlValue::Unknown)
+    }
+
+    fn integer<T: TryFrom<i64>>(
+        &self,
+        reader: &mut ValueReader<'_>,
+        key: &str,
+        (least, most): (i64, i64),
+    ) -> YamlValue<T> {
+        self.value(|it| reader.integer(it, key, least..=most, true))
+    }
+
+    fn cpus(&self, reader: &mut ValueReader<'_>, key: &str, may_be_number: bool) -> YamlValue<CpuSet> {
+        let read = |yaml: &Yaml, node| {
+            let cpus = cpus(yaml, node, true).filter(|it| !it.is_empty());
+            cpus.or_else(|| cpu(yaml, node, true).filter(|_| may_be_number))
+        };
+        self.value(|it| reader.value(it, key, ExpectedValue::Cpus, read))
     }
 }
 
@@ -235,16 +259,13 @@ fn manager(reader: &mut ValueReader<'_>, sections: &[NodeSection], own: &NodeSec
     let yaml = reader.yaml;
     let parameters = Parameters::of(&own.pattern, sections);
     let namespace = own.pattern.strip_suffix("/controller_manager").unwrap_or(&own.pattern);
-    let mut names: Vec<_> = parameters.0.iter().flat_map(|it| types(yaml, it.0.parameters)).collect();
+    let mut names: Vec<_> = parameters.sections.iter().flat_map(|it| types(yaml, it.0.parameters)).collect();
     // The spawner of controllers takes a type from the controller's own section, too.
-    for section in sections {
-        if let Some((_, name)) =
-            section.pattern.rsplit_once('/').filter(|it| [namespace, "/**"].contains(&it.0))
-            && let Lookup::Found(class) = yaml.find(section.parameters, "type")
-        {
-            names.push((name, class));
-        }
-    }
+    names.extend(sections.iter().filter_map(|section| {
+        let (of, name) = section.pattern.rsplit_once('/')?;
+        let Lookup::Found(class) = yaml.find(section.parameters, "type") else { return None };
+        [namespace, "/**"].contains(&of).then_some((name, class))
+    }));
     names.sort_by_key(|it| (it.0, it.1.0));
     names.dedup_by_key(|it| it.0);
     names.sort_by_key(|it| it.1.0);
@@ -254,19 +275,15 @@ fn manager(reader: &mut ValueReader<'_>, sections: &[NodeSection], own: &NodeSec
     }
     let controllers = names.into_iter().map(|(name, key)| {
         let own = Parameters::of(&format!("{namespace}/{name}"), sections);
-        controller(reader, &parameters, &own, (name, key))
+        controller(reader, &parameters, own, (name, key))
     });
     let controllers = controllers.collect();
     ControllerManager {
         name: own.pattern.clone(),
         range: yaml.range(own.parameters),
-        update_rate: parameters.value(|it| reader.integer(it, "update_rate", 1..=i32::MAX.into(), true)),
-        thread_priority: parameters.value(|it| reader.integer(it, "thread_priority", 1..=99, true)),
-        affinity: parameters.value(|it| {
-            reader.value(it, "cpu_affinity", ExpectedValue::Cpus, |yaml, node| {
-                cpus(yaml, node, true).filter(|it| !it.is_empty()).or_else(|| cpu(yaml, node, true))
-            })
-        }),
+        update_rate: parameters.integer(reader, "update_rate", (1, i32::MAX.into())),
+        thread_priority: parameters.integer(reader, "thread_priority", (1, 99)),
+        affinity: parameters.cpus(reader, "cpu_affinity", true),
         controllers,
     }
 }
@@ -274,23 +291,22 @@ fn manager(reader: &mut ValueReader<'_>, sections: &[NodeSection], own: &NodeSec
 fn controller(
     reader: &mut ValueReader<'_>,
     of_manager: &Parameters<'_>,
-    own: &Parameters<'_>,
+    mut own: Parameters<'_>,
     (name, key): (&str, NodeId),
 ) -> Controller {
     let yaml = reader.yaml;
     let file = of_manager.value(|it| match yaml.find(it, &format!("{name}.params_file")) {
-        Lookup::Absent => YamlValue::Absent,
+        Lookup::Absent => YamlValue::<()>::Absent,
         Lookup::Unknown(range) => YamlValue::Unknown(range),
-        Lookup::Found(node) => YamlValue::<()>::Unknown(yaml.range(node)),
+        Lookup::Found(node) => YamlValue::Unknown(yaml.range(node)),
     });
-    let elsewhere = file.range();
-    if let Some(range) = elsewhere {
+    own.elsewhere = file.range().cloned();
+    if let Some(range) = file.range() {
         reader.problem(FileProblemKind::ParametersElsewhere, range.clone());
     }
-    let mut thread_priority =
-        own.value(|it| reader.integer(it, "async_parameters.thread_priority", 1..=99, true));
+    let mut thread_priority = own.integer(reader, "async_parameters.thread_priority", (1, 99));
     if thread_priority.range().is_none() {
-        thread_priority = own.value(|it| reader.integer(it, "thread_priority", 1..=99, true));
+        thread_priority = own.integer(reader, "thread_priority", (1, 99));
         if let Some(range) = thread_priority.range() {
             reader.problem(FileProblemKind::DeprecatedPriority, range.clone());
         }
@@ -303,43 +319,22 @@ fn controller(
         reader.problem(FileProblemKind::DetachedController, range.clone());
     }
     let class = of_manager.value(|it| reader.text(it, &format!("{name}.type")));
-    let parameters = own.0.iter().rfind(|it| it.1 && !it.0.pattern.contains('*'));
+    let parameters = own.sections.iter().rfind(|it| it.1 && !it.0.pattern.contains('*'));
+    let boolean = |yaml: &Yaml, node| {
+        let text = yaml.plain(node)?;
+        WORDS.iter().position(|words| words.contains(&text)).map(|it| it > 0)
+    };
     Controller {
         name: name.to_owned(),
         name_range: yaml.range(key),
         parameters: parameters.map(|it| yaml.range(it.0.parameters)),
         class: if class.range().is_some() { class } else { own.value(|it| reader.text(it, "type")) },
-        update_rate: unless(
-            elsewhere,
-            own.value(|it| reader.integer(it, "update_rate", 0..=i32::MAX.into(), true)),
-        ),
-        is_async: unless(
-            elsewhere,
-            own.value(|it| {
-                reader.value(it, "is_async", ExpectedValue::Bool, |yaml, node| {
-                    WORDS
-                        .iter()
-                        .position(|words| yaml.plain(node).is_some_and(|it| words.contains(&it)))
-                        .map(|it| it > 0)
-                })
-            }),
-        ),
-        scheduling: unless(elsewhere, scheduling),
-        thread_priority: unless(elsewhere, thread_priority),
-        affinity: unless(
-            elsewhere,
-            own.value(|it| {
-                reader.value(it, "async_parameters.cpu_affinity", ExpectedValue::Cpus, |yaml, node| {
-                    cpus(yaml, node, true).filter(|it| !it.is_empty())
-                })
-            }),
-        ),
+        update_rate: own.integer(reader, "update_rate", (0, i32::MAX.into())),
+        is_async: own.value(|it| reader.value(it, "is_async", ExpectedValue::Bool, boolean)),
+        scheduling,
+        thread_priority,
+        affinity: own.cpus(reader, "async_parameters.cpu_affinity", false),
     }
-}
-
-/// Returns an unknown value if another file may have it.
-fn unless<T>(elsewhere: Option<&Range<usize>>, value: YamlValue<T>) -> YamlValue<T> {
-    elsewhere.map_or(value, |range| YamlValue::Unknown(range.clone()))
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ pub enum EditRefusal {
     NoSuchEntry,
     /// The text is not YAML, or readers disagree on its keys.
     Incomplete,
-    /// Aliases refer to what is at this place, or other nodes have this parameter too: other entries would change.
+    /// Aliases refer to the value at this place, or other nodes have this parameter too: other entries would change.
     Shared(Range<usize>),
     /// The value at this place is written in a form that is not edited: a block text, a comment within a list, a tag.
     Layout(Range<usize>),
@@ -109,7 +109,7 @@ enum NewValue {
 }
 
 /// The keys behind which keys are inserted.
-const RELATED: &str = "id name policy priority nice affinity update_rate thread_priority cpu_affinity";
+const RELATED: &str = "id/name/policy/priority/nice/affinity/update_rate/thread_priority/cpu_affinity";
 
 struct Change {
     /// The value that is replaced, or behind which a key is inserted.
@@ -176,33 +176,34 @@ impl Editor<'_> {
     ) -> Result<(), EditRefusal> {
         let file = read_controllers(self.text);
         let manager = file.managers.get(manager).ok_or(EditRefusal::NoSuchEntry)?;
-        let (range, priority, affinity, keys) = match controller {
+        let controller = match controller {
+            Some(index) => Some(manager.controllers.get(index).ok_or(EditRefusal::NoSuchEntry)?),
+            None => None,
+        };
+        let (own, old, keys) = match controller {
             None => {
-                let keys = ["thread_priority", "cpu_affinity"];
-                (Some(&manager.range), &manager.thread_priority, &manager.affinity, keys)
+                let old = [manager.thread_priority.range(), manager.affinity.range()];
+                (Some(&manager.range), old, ["thread_priority", "cpu_affinity"])
             }
-            Some(index) => {
-                let it = manager.controllers.get(index).ok_or(EditRefusal::NoSuchEntry)?;
+            Some(it) => {
                 let keys = ["async_parameters.thread_priority", "async_parameters.cpu_affinity"];
-                (it.parameters.as_ref(), &it.thread_priority, &it.affinity, keys)
+                (it.parameters.as_ref(), [it.thread_priority.range(), it.affinity.range()], keys)
             }
         };
-        let mapping = self.mapping_at(range)?;
-        let is_elsewhere = |it: &&Range<usize>| range.is_none_or(|own| !contains(own, it));
-        let level = change.level.map(|level| (keys[0], NewValue::Word(level.to_string()), priority.range()));
-        let cpus = change.affinity.map(|cpus| {
-            (keys[1], NewValue::Cpus { cpus, may_be_number: controller.is_none() }, affinity.range())
-        });
+        let mapping = self.mapping_at(own)?;
         let is_valid = change.level.is_none_or(|level| (1..=99).contains(&level))
             && change.affinity.is_none_or(|cpus| !cpus.is_empty());
         if !is_valid || change.policy.is_some() {
             return Err(EditRefusal::InvalidValue);
         }
-        for (key, value, old) in level.into_iter().chain(cpus) {
-            if let Some(range) = old.filter(is_elsewhere) {
-                return Err(EditRefusal::Shared(range.clone()));
+        let level = change.level.map(|level| NewValue::Word(level.to_string()));
+        let cpus = change.affinity.map(|cpus| NewValue::Cpus { cpus, may_be_number: controller.is_none() });
+        for ((key, old), new) in keys.into_iter().zip(old).zip([level, cpus]) {
+            let Some(new) = new else { continue };
+            if let Some(old) = old.filter(|old| own.is_none_or(|own| !contains(own, old))) {
+                return Err(EditRefusal::Shared(old.clone()));
             }
-            self.set(mapping, key, &value)?;
+            self.set(mapping, key, &new)?;
         }
         Ok(())
     }
@@ -264,7 +265,7 @@ impl Editor<'_> {
         let is_flow = self.text.get(range.start..).is_some_and(|it| it.starts_with('{'));
         let entries = self.yaml.mapping(mapping).unwrap_or_default();
         let is_related = |it: &&(NodeId, NodeId)| {
-            self.yaml.key(it.0).is_some_and(|it| RELATED.split(' ').any(|key| key == it))
+            self.yaml.key(it.0).is_some_and(|it| RELATED.split('/').any(|key| key == it))
         };
         let near = entries.iter().rfind(is_related).filter(|_| !is_flow).or(entries.last());
         let Some(&(near_key, near)) = near else { return Err(EditRefusal::Layout(range)) };
@@ -377,7 +378,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::ros2_files::threads::ThreadEntry;
 
     /// Changes the first group of a file.
     fn changed(text: &str, change: &ThreadChange) -> Result<String, EditRefusal> {

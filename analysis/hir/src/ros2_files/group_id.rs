@@ -38,7 +38,7 @@ pub enum GroupCallback {
     Timer(u64),
 }
 
-/// The text is no id of a callback group.
+/// The text is not an id of a callback group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct InvalidGroupId;
 
@@ -67,11 +67,13 @@ impl FromStr for GroupId {
         let node = parts.next().ok_or(InvalidGroupId)?;
         let (node, is_wildcard) = node.strip_suffix("/*").map_or((node, false), |node| (node, true));
         let (namespace, name) = node.rsplit_once('/').ok_or(InvalidGroupId)?;
-        let is_ok = is_token(name) && (namespace.is_empty() || is_name(namespace));
         let callbacks = parts.map(str::parse).collect::<Result<Vec<_>, _>>()?;
+        let is_valid = is_token(name) && (namespace.is_empty() || is_name(namespace));
+        if !is_valid || is_wildcard && !callbacks.is_empty() {
+            return Err(InvalidGroupId);
+        }
         let namespace = if namespace.is_empty() { "/" } else { namespace }.to_owned();
-        let id = GroupId { namespace, node: name.to_owned(), callbacks, is_wildcard };
-        (is_ok && (id.callbacks.is_empty() || !is_wildcard)).then_some(id).ok_or(InvalidGroupId)
+        Ok(GroupId { namespace, node: name.to_owned(), callbacks, is_wildcard })
     }
 }
 

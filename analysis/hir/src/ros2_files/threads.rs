@@ -10,10 +10,10 @@
 //! non_ros_threads: []
 //! ```
 //!
-//! Its readers, written by others: autowarefoundation/agnocast at 501e554b (the nice value is in `priority`), its later
-//! `thread_config.cpp` (`nice`; `/node/*`; decimal integers only; `kernel_threads`, `irqs`), and
+//! Its readers, written by others: autowarefoundation/agnocast at 501e554b (the nice value is in `priority`), at 78036f67
+//! (`nice`; `/node/*`), a later one (only decimal integers; `kernel_threads`, `irqs`), and
 //! autowarefoundation/callback_isolated_executor at a3e5102e (a thread of `non_ros_threads` has an `id`, not a `name`). Each refuses the
-//! whole file because of one wrong value. What is read here is what all of them read; a problem tells the difference. They ignore unknown
+//! whole file because of one wrong value. A value on which they disagree is unknown here, with a problem. They ignore unknown
 //! keys, and keys of another policy: `priority` under `SCHED_OTHER` in the newer ones.
 
 use std::ops::Range;

@@ -48,7 +48,7 @@ pub(super) enum NodeKind {
     Scalar(String, ScalarStyle),
     Sequence(Vec<NodeId>),
     Mapping(Vec<(NodeId, NodeId)>),
-    /// The value that it refers to, which is no alias.
+    /// The value that it refers to, which is not an alias.
     Alias(NodeId),
 }
 
@@ -56,12 +56,12 @@ pub(super) enum NodeKind {
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Lookup {
     Absent,
-    /// Something at this place prevents an answer.
+    /// Readers disagree because of this place, or the text has an error.
     Unknown(Range<usize>),
     Found(NodeId),
 }
 
-/// Parses the first document of a YAML file. The tree has what is before the first error.
+/// Parses the first document of a YAML file. The tree has the values before the first error.
 pub(super) fn parse(text: &str) -> Yaml {
     let mut builder = Builder { text, ..Builder::default() };
     if !text.is_ascii() {
@@ -164,7 +164,7 @@ impl Yaml {
         match (found.as_slice(), doubt) {
             ([], None) => Lookup::Absent,
             ([], Some((range, _))) => Lookup::Unknown(range),
-            // An error behind the key is no doubt about it.
+            // An error behind the key does not concern it.
             ([one], None | Some((_, true))) => Lookup::Found(*one),
             ([.., last], _) => Lookup::Unknown(self.range(*last)),
         }
@@ -453,7 +453,7 @@ mod tests {
             assert_ne!(yaml.problems, [], "{text}");
             assert!(matches!(yaml.find(yaml.root().unwrap(), key), Lookup::Unknown(_)), "{text}");
         }
-        // What is before an error is kept.
+        // Values before an error are kept.
         let yaml = parse("a: 1\nb: [\n");
         assert!(matches!(yaml.find(yaml.root().unwrap(), "a"), Lookup::Found(_)));
         // A merge key in quotes is a key.
