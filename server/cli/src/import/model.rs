@@ -4,16 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use mauve_hir::ros2_files::{NamedPath, PathNode};
-use mauve_pwcet::trace::{ROS2_LIBRARY, Ros2Callback, Ros2Release, ros2_identifier};
+use mauve_pwcet::trace::{ROS2_LIBRARY, RecordedThread, Ros2Callback, Ros2Release, ros2_identifier};
 
-use super::recorded::{System, released_by};
+use super::recorded::{MOST_WRITES, System, released_by};
 use super::unknown;
 
 /// What is kept beside the sample file.
 const OBSERVED: &str = "recorded.observed.toml";
-
-/// The most writes of a port in one execution: more are a loop.
-const MOST_WRITES: u64 = 16;
 
 /// Returns the files of a project, with their names.
 pub(super) fn files(system: &System<'_>) -> [(&'static str, String); 4] {
@@ -102,6 +99,14 @@ const KEPT: &str = "kept";
 
 /// Its port for requests, and for what the recording does not say.
 const REQUESTS: &str = "requests";
+
+/// What says that callbacks have one thread.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum ThreadKey {
+    Executor(usize),
+    Group(usize),
+    Thread(RecordedThread),
+}
 
 struct Model<'a> {
     parts: Vec<Part<'a>>,
@@ -212,7 +217,7 @@ impl<'a> Model<'a> {
     fn set_deadlines(&mut self) {
         let own = |part: &Part<'_>| match part.callback.release {
             Ros2Release::Timer(period) => period,
-            _ if part.has_outside() => part.seen().0,
+            _ if part.has_outside() => part.seen(self.system).0,
             _ => 0,
         };
         let mut known: Vec<u64> = self.parts.iter().map(own).collect();
@@ -230,16 +235,25 @@ impl<'a> Model<'a> {
         self.parts.iter_mut().zip(known).for_each(|(part, deadline)| part.deadline = deadline);
     }
 
-    /// Callbacks of one group, or of one executor with a single thread, have one thread.
+    /// Callbacks of one group have one thread, and so have those of an executor with a single one, or of one recorded thread.
     fn set_threads(&mut self) {
         let graph = self.system.graph;
-        let mut threads: BTreeMap<(bool, usize), Vec<usize>> = BTreeMap::new();
+        let mut threads: BTreeMap<ThreadKey, Vec<usize>> = BTreeMap::new();
         for (place, part) in self.parts.iter().enumerate() {
-            let Some(group) = part.callback.group else { continue };
-            let executor = graph.executor_of(group);
-            let kind = executor.and_then(|it| graph.executors.get(it)).map_or("", String::as_str);
-            let has_one = kind.contains("single_threaded") || kind.contains("static");
-            let key = executor.filter(|_| has_one).map_or((false, group), |executor| (true, executor));
+            let callback = part.callback;
+            let executor = callback.group.and_then(|it| graph.executor_of(it));
+            let has_one = |it: &usize| {
+                graph
+                    .executors
+                    .get(*it)
+                    .is_some_and(|it| it.contains("single_threaded") || it.contains("static"))
+            };
+            let key = match (executor.filter(has_one), callback.group, callback.threads.first()) {
+                (Some(executor), ..) => ThreadKey::Executor(executor),
+                (_, Some(group), _) => ThreadKey::Group(group),
+                (.., Some(thread)) if callback.threads.len() == 1 => ThreadKey::Thread(*thread),
+                _ => continue,
+            };
             threads.entry(key).or_default().push(place);
         }
         let mut names = BTreeSet::new();
@@ -292,11 +306,13 @@ impl<'a> Model<'a> {
             }
         }
         text += "  }\n";
-        let is_background = |part: &Part<'_>| part.callback.priority.unwrap_or(0) == 0;
-        self.deployment(&mut text, "Recorded", "The priorities of the recording.", |part| {
-            part.callback.priority.unwrap_or(0)
-        });
-        if self.parts.iter().any(is_background) {
+        let recorded = |part: &Part<'_>| match self.system.has_thread(part.callback) {
+            true => part.callback.priority.unwrap_or(0),
+            // It waits until one of the threads of its executor is free.
+            false => 0,
+        };
+        self.deployment(&mut text, "Recorded", "The priorities of the recording.", recorded);
+        if self.parts.iter().any(|part| recorded(part) == 0) {
             let what = "A thread with a priority for each callback group: `mauve tune` searches for better priorities, and for CPUs.";
             let ranks = self.ranks();
             self.deployment(&mut text, "Isolated", what, |part| {
@@ -370,12 +386,16 @@ impl<'a> Part<'a> {
     }
 
     /// Returns the least distance and the burst that the recording shows: regular begins have no burst.
-    fn seen(&self) -> (u64, u64) {
-        let Ros2Callback { least_gap, in_second, .. } = self.callback;
+    fn seen(&self, system: &System<'_>) -> (u64, u64) {
+        let Ros2Callback { least_gap, in_second, release, .. } = self.callback;
         let second = 1_000_000_000;
-        match least_gap {
+        let messages = match release {
+            Ros2Release::Subscription(topic) => system.graph.least_gap(topic),
+            _ => None,
+        };
+        match least_gap.map(|gap| gap.min(messages.unwrap_or(gap))) {
             // So many in a second that they are counted one by one, or hardly more than their least distance allows.
-            Some(gap) if *in_second >= 256 || *in_second as u64 * gap * 2 > second => ((*gap).max(1), 1),
+            Some(gap) if *in_second >= 256 || *in_second as u64 * gap * 2 > second => (gap.max(1), 1),
             _ => (second, (*in_second).max(1) as u64),
         }
     }
@@ -405,7 +425,7 @@ impl<'a> Part<'a> {
             ports => _ = write!(text, "  trigger = any [{}]", ports.join(", ")),
         }
         let (least, burst) = match self.has_outside() {
-            true => self.seen(),
+            true => self.seen(system),
             // Messages are a little closer together than the timer's period.
             false => {
                 let most = (self.deadline / 10 * 9).max(1_000);
@@ -607,6 +627,33 @@ mod tests {
             "{config}"
         );
         assert!(config.contains("# The path lost [x] is no chain"), "{config}");
+    }
+
+    /// Without the events of CARET, the recorded threads say who waits for whom.
+    #[test]
+    fn callbacks_of_one_thread_wait_for_each_other() {
+        let timer = |period: u64| Ros2Release::Timer(period * 1_000_000);
+        let mut graph =
+            graph(&[("/a", timer(10), vec![]), ("/b", timer(20), vec![]), ("/c", timer(30), vec![])]);
+        let thread = |thread| RecordedThread { origin: 0, process: 7, thread };
+        for (callback, threads) in graph.callbacks.iter_mut().zip([vec![1], vec![1], vec![1, 2]]) {
+            callback.threads = threads.into_iter().map(thread).collect();
+            callback.priority = Some(40);
+        }
+        let (files, errors) = checked(&graph, Vec::new());
+        assert_eq!(errors, Vec::<String>::new());
+        let model = &files["system.mal"];
+        let recorded = model.split("deployment Recorded").nth(1).unwrap().split("deployment").next().unwrap();
+        assert!(
+            recorded.contains("activity a_0 { thread = a  order = any  priority = 40  period = 10 }"),
+            "{model}"
+        );
+        assert!(
+            recorded.contains("activity b_1 { thread = a  order = any  priority = 40  period = 20 }"),
+            "{model}"
+        );
+        // Several threads execute it.
+        assert!(recorded.contains("activity c_2 { priority = background }"), "{model}");
     }
 
     proptest! {

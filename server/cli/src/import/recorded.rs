@@ -8,6 +8,9 @@ use mauve_pwcet::trace::{Ros2Callback, Ros2Graph, Ros2Release, Span, SpanKind, S
 
 use crate::text::duration;
 
+/// The most messages of one execution in a model: more are a loop, and count as those that no callback publishes.
+pub(super) const MOST_WRITES: u64 = 16;
+
 /// What was recorded.
 pub(super) struct System<'a> {
     pub(super) graph: &'a Ros2Graph,
@@ -66,10 +69,18 @@ impl System<'_> {
         let graph = self.graph;
         let is_of_topic =
             |publisher: &usize| graph.publishers.get(*publisher).is_some_and(|it| it.topic == *topic);
-        let published = self.executed().flat_map(|(_, it, _)| &it.publishes).filter(|it| is_of_topic(it.0));
-        let messages: u64 = published.map(|(_, messages)| messages.all).sum();
+        let all = self.executed().flat_map(|(_, it, _)| &it.publishes);
+        let all: Vec<_> = all.filter(|it| is_of_topic(it.0)).map(|(_, messages)| messages).collect();
+        let messages: u64 = all.iter().map(|it| it.all).sum();
         messages >= callback.executions
+            && all.iter().all(|it| it.most <= MOST_WRITES)
             && graph.publishers.iter().all(|it| it.topic != *topic || it.outside == 0)
+    }
+
+    /// Whether one thread alone executes a callback.
+    pub(super) fn has_thread(&self, callback: &Ros2Callback) -> bool {
+        let executor = callback.group.and_then(|it| self.graph.executors.get(self.graph.executor_of(it)?));
+        callback.threads.len() == 1 && executor.is_none_or(|it| !it.contains("multi_threaded"))
     }
 
     /// Returns whether only the elapsed time of some executions is known.

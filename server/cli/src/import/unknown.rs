@@ -15,12 +15,12 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
             .to_owned(),
         false => "times are CPU times of the threads, by the events sched_switch. They are observed, not proved".to_owned(),
     });
-    let shared = groups_without_threads(system);
+    let shared = system.executed().filter(|(_, it, _)| !system.has_thread(it)).count();
     if shared > 0 {
         lines.push(format!(
-            "not analysed as it is: {} of a multi-threaded executor: any of its threads executes their callbacks. The project gives \
-             each group a thread, as the callback-isolated executor does",
-            counted(shared, "callback group"),
+            "not analysed as it is: {} that any of several threads executes, as with a multi-threaded executor. The project gives each \
+             callback group a thread, as the callback-isolated executor does",
+            counted(shared, "callback"),
         ));
     }
     let count = |is_counted: &dyn Fn(&Ros2Release, Option<u32>) -> bool| {
@@ -96,14 +96,4 @@ fn keeps(system: &System<'_>, callback: &Ros2Callback) -> bool {
     // Parameters and the time are of no chain.
     let is_data = matches!(&callback.release, Ros2Release::Subscription(topic) if topic != "/parameter_events" && topic != "/clock");
     is_data && callback.publishes.is_empty() && system.executed().any(publishes)
-}
-
-/// Returns how many groups with an executed callback have an executor with several threads.
-fn groups_without_threads(system: &System<'_>) -> usize {
-    let graph = system.graph;
-    let mut groups: Vec<usize> = system.executed().filter_map(|(_, it, _)| it.group).collect();
-    groups.sort_unstable();
-    groups.dedup();
-    let of = |group: &usize| graph.executors.get(graph.executor_of(*group)?);
-    groups.iter().filter_map(of).filter(|it| it.contains("multi_threaded")).count()
 }
