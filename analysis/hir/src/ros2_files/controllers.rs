@@ -264,7 +264,7 @@ fn manager(reader: &mut ValueReader<'_>, sections: &[NodeSection], own: &NodeSec
     names.extend(sections.iter().filter_map(|section| {
         let (of, name) = section.pattern.rsplit_once('/')?;
         let Lookup::Found(class) = yaml.find(section.parameters, "type") else { return None };
-        [namespace, "/**"].contains(&of).then_some((name, class))
+        ([namespace, "/**"].contains(&of) && !name.contains('*')).then_some((name, class))
     }));
     names.sort_by_key(|it| (it.0, it.1.0));
     names.dedup_by_key(|it| it.0);
@@ -455,6 +455,7 @@ predictive:
             ("controller_manager: {ros__parameters: {}}\na: {ros__parameters: {type: p/A, update_rate: 7}}\n".to_owned(), "/controller_manager", "7"),
             (format!("/**/controller_manager: {{{manager}}}\n/**/b: {{{own}}}\n"), "/**/controller_manager", "absent"),
             (format!("/**/controller_manager: {{{manager}}}\n/x/*: {{{own}}}\n"), "/**/controller_manager", "unknown"),
+            (format!("controller_manager: {{{manager}}}\n/**: {{ros__parameters: {{type: p/A, update_rate: 5}}}}\n"), "/controller_manager", "5"),
             // Sections with one name are one; the last section counts.
             (
                 format!("a: {{{own}}}\ncontroller_manager: {{{manager}}}\n/**/a: {{ros__parameters: {{update_rate: 5}}}}\na: {{ros__parameters: {{update_rate: 6}}}}\n"),
@@ -471,7 +472,7 @@ predictive:
         ] {
             let file = read_controllers(&text);
             assert_eq!((kinds(&file), file.managers.len()), (vec![], 1), "{text}");
-            assert_eq!(file.managers[0].name, name);
+            assert_eq!((file.managers[0].name.as_str(), file.managers[0].controllers.len()), (name, 1));
             let found = match &file.managers[0].controllers[0].update_rate {
                 YamlValue::Known { value, .. } => value.to_string(),
                 YamlValue::Unknown(_) => "unknown".to_owned(),
