@@ -43,6 +43,17 @@ const MAX_PARAMETERS: usize = 10_000;
 /// The longest name of a node, in bytes.
 const MAX_NAME: usize = 1000;
 
+/// The keys of `async_parameters`. The affinity of hardware has another name, `affinity`.
+const ASYNC_PARAMETERS: [&str; 7] = [
+    "thread_priority",
+    "cpu_affinity",
+    "scheduling_policy",
+    "execution_rate",
+    "wait_until_initial_trigger",
+    "print_warnings",
+    "thread_name",
+];
+
 /// The words for true and false, as `rcl_yaml_param_parser` has them.
 const WORDS: [[&str; 11]; 2] = [
     ["N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"],
@@ -304,6 +315,11 @@ fn controller(
     if let Some(range) = file.range() {
         reader.problem(FileProblemKind::ParametersElsewhere, range.clone());
     }
+    for (section, _) in &own.sections {
+        if let Lookup::Found(parameters) = yaml.find(section.parameters, "async_parameters") {
+            reader.unknown_keys(parameters, |key| ASYNC_PARAMETERS.contains(&key));
+        }
+    }
     let mut thread_priority = own.integer(reader, "async_parameters.thread_priority", (1, 99));
     if thread_priority.range().is_none() {
         thread_priority = own.integer(reader, "thread_priority", (1, 99));
@@ -540,6 +556,11 @@ predictive:
         assert!(matches!(it.thread_priority, YamlValue::Unknown(_)));
         let (it, problems) = controller("update_rate: 3, update_rate: 4");
         assert!(matches!(it.update_rate, YamlValue::Unknown(_)) && problems.len() == 1);
+        let (it, problems) = controller("async_parameters: {affinity: [3], thread_name: x}");
+        assert_eq!(
+            (it.affinity, problems),
+            (YamlValue::Absent, vec![FileProblemKind::UnknownKey("affinity".to_owned())])
+        );
         // The values of another file are unknown.
         let file = read_controllers(
             "controller_manager: {ros__parameters: {a: {type: p/A, params_file: x.yaml}}}\n",
