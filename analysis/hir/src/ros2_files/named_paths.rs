@@ -63,8 +63,9 @@ fn items(reader: &mut ValueReader<'_>, mapping: NodeId, key: &str) -> Vec<NodeId
 
 fn path(reader: &mut ValueReader<'_>, item: NodeId) -> Option<NamedPath> {
     let name = reader.text(item, "path_name").known()?.clone();
-    let nodes = items(reader, item, "node_chain");
-    let nodes = nodes.into_iter().map(|it| path_node(reader, it)).collect::<Option<_>>()?;
+    // An error in the path may hide nodes.
+    let nodes = items(reader, item, "node_chain").into_iter().map(|it| path_node(reader, it));
+    let nodes = nodes.collect::<Option<_>>().filter(|_| !reader.yaml.is_open(item))?;
     Some(NamedPath { name, nodes })
 }
 

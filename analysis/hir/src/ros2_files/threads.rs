@@ -489,6 +489,8 @@ non_ros_threads:
         );
         assert!(file.completeness.is_incomplete());
         assert!(file.groups.iter().all(|it| it.affinity != YamlValue::Absent), "{file:?}");
+        let file = read_threads("callback_groups: [{id: /n, policy: SCHED_RR, priority: 3, affinity: [0, ");
+        assert!(matches!(file.groups[0].affinity, YamlValue::Unknown(_)), "{file:?}");
     }
 
     #[test]

@@ -164,5 +164,6 @@ pub(super) fn cpu(yaml: &Yaml, id: NodeId, is_plain: bool) -> Option<CpuSet> {
 
 /// Returns the CPUs in a list.
 pub(super) fn cpus(yaml: &Yaml, id: NodeId, is_plain: bool) -> Option<CpuSet> {
-    yaml.items(id)?.iter().map(|it| cpu(yaml, *it, is_plain)).collect()
+    let items = yaml.items(id).filter(|_| !yaml.is_open(id))?;
+    items.iter().map(|it| cpu(yaml, *it, is_plain)).collect()
 }

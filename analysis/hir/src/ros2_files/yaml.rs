@@ -127,6 +127,11 @@ impl Yaml {
         }
     }
 
+    /// Returns whether the text ends, or has an error, within this list or mapping.
+    pub(super) fn is_open(&self, id: NodeId) -> bool {
+        self.resolve(id).is_open
+    }
+
     /// Returns the items of a list; `None` of any other value, and with a tag.
     pub(super) fn items(&self, id: NodeId) -> Option<&[NodeId]> {
         match self.resolve(id) {
