@@ -244,10 +244,10 @@ impl Editor<'_> {
             (NodeKind::Scalar(..) | NodeKind::Alias(_), _) if range.is_empty() => text.insert(0, ' '),
             (NodeKind::Scalar(..) | NodeKind::Alias(_), _) => {}
             (NodeKind::Sequence(_), NewValue::Cpus { cpus, .. }) if !source.contains('#') => {
-                if source.starts_with('-') && cpus.is_empty() {
+                if !node.is_flow && cpus.is_empty() {
                     // A list in brackets must be indented more than its key.
                     text.insert(0, ' ');
-                } else if source.starts_with('-') {
+                } else if !node.is_flow {
                     let items: Vec<_> = cpus.iter().map(|cpu| format!("- {cpu}")).collect();
                     text = items.join(&self.line(range.start, range.start));
                 }
@@ -262,7 +262,7 @@ impl Editor<'_> {
     fn insert(&mut self, mapping: NodeId, key: &str, value: &NewValue) -> Result<(), EditRefusal> {
         let range = self.yaml.range(mapping);
         self.check_shared(&range, false)?;
-        let is_flow = self.text.get(range.start..).is_some_and(|it| it.starts_with('{'));
+        let is_flow = self.yaml.node(mapping).is_flow;
         let entries = self.yaml.mapping(mapping).unwrap_or_default();
         let is_related = |it: &&(NodeId, NodeId)| {
             self.yaml.key(it.0).is_some_and(|it| RELATED.split('/').any(|key| key == it))

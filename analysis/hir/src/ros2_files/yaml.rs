@@ -37,6 +37,8 @@ pub(super) struct YamlNode {
     pub(super) range: Range<usize>,
     /// Whether it has a tag, such as `!!str`.
     pub(super) is_tagged: bool,
+    /// Whether it is a collection in brackets.
+    pub(super) is_flow: bool,
     /// Whether the text ends, or has an error, within this collection.
     is_open: bool,
     /// The number of values in it, with values in the place of aliases.
@@ -281,7 +283,7 @@ impl Builder<'_> {
                 // A list without indentation has the place of its first item.
                 let before = self.text.get(..range.start).unwrap_or_default().trim_end();
                 if before.ends_with('-') {
-                    range.start = before.len() - 1;
+                    range = before.len() - 1..before.len() - 1;
                 }
             }
             _ => {}
@@ -329,9 +331,12 @@ impl Builder<'_> {
             }
         }
         let is_open = matches!(kind, NodeKind::Sequence(_) | NodeKind::Mapping(_));
+        // The parser gives a collection without brackets an empty place.
+        let source = self.text.get(range.clone()).unwrap_or_default();
+        let is_flow = is_open && source.starts_with(['[', '{']);
         let size = if let NodeKind::Alias(target) = kind { self.yaml.node(target).size } else { 1 };
         self.open.extend(is_open.then_some((id, None)));
-        self.yaml.nodes.push(YamlNode { kind, range, is_tagged, is_open, size });
+        self.yaml.nodes.push(YamlNode { kind, range, is_tagged, is_flow, is_open, size });
         id
     }
 
@@ -346,8 +351,7 @@ impl Builder<'_> {
         };
         let size = inner.iter().fold(1, |sum: usize, it| sum.saturating_add(self.yaml.node(*it).size));
         let last = inner.iter().rev().take(2).map(|it| self.yaml.node(*it).range.end).max();
-        let is_flow = self.text.get(node.range.start..).is_some_and(|it| it.starts_with(['[', '{']));
-        let end = if is_flow { bracket + 1 } else { last.unwrap_or(bracket) };
+        let end = if node.is_flow { bracket + 1 } else { last.unwrap_or(bracket) };
         let node = &mut self.yaml.nodes[id.0];
         node.range.end = end.clamp(node.range.start, self.text.len());
         (node.is_open, node.size) = (false, size);
@@ -419,6 +423,12 @@ mod tests {
         );
         let text = "- 'a''' # 'b'\n- \"\\\"\\\\\" # \"\n- \"\\\\\n \" # c";
         assert_eq!(sources(text)[1..], ["'a'''", "\"\\\"\\\\\"", "\"\\\\\n \""]);
+        let yaml = parse("[1]: 2\n{}: 3\n");
+        assert_eq!(
+            yaml.nodes.iter().map(|it| it.is_flow).collect::<Vec<_>>(),
+            [false, true, false, false, true, false]
+        );
+        assert_eq!(yaml.nodes[0].range, 0..12);
         // A value that is not written is behind its colon, or behind its key.
         let yaml = parse("a: # c\nb: {c, d: , e:}\nf: &x\n? g\n");
         let empty = yaml.nodes.iter().filter(|it| it.range.is_empty()).map(|it| it.range.start);
