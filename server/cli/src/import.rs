@@ -138,7 +138,7 @@ fn table(system: &System<'_>) -> String {
         .text()
 }
 
-/// Returns what the recording has, and in lines of their own, what the figures are and what is missing.
+/// Counts the callbacks, and explains the figures and what the recording lacks, each in a line.
 fn summary(system: &System<'_>) -> String {
     let count = |count: usize, what: &str| counted(count, what);
     let executions: u64 = system.executed().map(|(.., times)| times.count).sum();

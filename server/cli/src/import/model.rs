@@ -9,7 +9,7 @@ use mauve_pwcet::trace::{ROS2_LIBRARY, RecordedThread, Ros2Callback, Ros2Release
 use super::recorded::{MOST_WRITES, System, released_by};
 use super::unknown;
 
-/// What is kept beside the sample file.
+/// The file beside the sample file, with the greatest times.
 const OBSERVED: &str = "recorded.observed.toml";
 
 /// Returns the files of a project, with their names.
@@ -52,7 +52,7 @@ fn about(system: &System<'_>) -> String {
     for line in unknown::lines(system) {
         let _ = writeln!(text, "- {line}");
     }
-    text + "\n`system.mal` says at each activity what is assumed. Another `mauve import` adds executions, and keeps these files.\n"
+    text + "\n`system.mal` says each assumption at its activity. Another `mauve import` adds executions, and keeps these files.\n"
 }
 
 fn times(system: &System<'_>) -> String {
@@ -155,7 +155,7 @@ impl<'a> Model<'a> {
             {
                 let node = comment(&node.node);
                 return format!(
-                    "\n# The path {name} is no chain: the recording has not both callbacks of {node}.\n"
+                    "\n# The path {name} gives no chain: the recording has not both callbacks of {node}.\n"
                 );
             }
             let sender = sender.filter(|it| receiver != Some(*it));
@@ -165,7 +165,7 @@ impl<'a> Model<'a> {
             steps.extend(receiver.into_iter().chain(sender));
         }
         let [first, through @ .., last] = steps.as_slice() else {
-            return format!("\n# The path {name} is no chain: it has fewer than two callbacks.\n");
+            return format!("\n# The path {name} gives no chain: it has fewer than two callbacks.\n");
         };
         let instance = |step: &usize| self.parts.get(*step).map_or("", |it| it.callback.name.as_str());
         let [from, to] = [first, last].map(instance);
@@ -235,7 +235,7 @@ impl<'a> Model<'a> {
         self.parts.iter_mut().zip(known).for_each(|(part, deadline)| part.deadline = deadline);
     }
 
-    /// Callbacks of one group have one thread, and so have those of an executor with a single one, or of one recorded thread.
+    /// Callbacks of one group have one thread; those of an executor with a single one, or of one recorded thread, too.
     fn set_threads(&mut self) {
         let graph = self.system.graph;
         let mut threads: BTreeMap<ThreadKey, Vec<usize>> = BTreeMap::new();
@@ -626,7 +626,7 @@ mod tests {
             ),
             "{config}"
         );
-        assert!(config.contains("# The path lost [x] is no chain"), "{config}");
+        assert!(config.contains("# The path lost [x] gives no chain"), "{config}");
     }
 
     /// Without the events of CARET, the recorded threads say who waits for whom.

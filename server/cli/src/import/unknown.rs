@@ -78,7 +78,7 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
     let cut = graph.callbacks.iter().filter(|it| it.executions > 0 && !system.times.contains_key(&it.name));
     let cut: Vec<&str> = cut.map(|it| it.name.as_str()).collect();
     if !cut.is_empty() {
-        lines.push(format!("not in the project: {}, of which no execution is complete", cut.join(", ")));
+        lines.push(format!("not in the project: {}, without a complete execution", cut.join(", ")));
     }
     if graph.unknown > 0 {
         lines.push(format!(
