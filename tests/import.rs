@@ -7,6 +7,7 @@ use std::process::Command;
 use mauve_pwcet::samples::Samples;
 use mauve_tests::orocos::{COMPILERS, run};
 use mauve_tests::{Recorder, mauve, own_scratch, write};
+use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_mauve");
 
@@ -96,12 +97,25 @@ fn orocos_callbacks_that_were_recorded_are_a_project() {
     let chains = mauve(BINARY, &folder, &["chains", "--deployment", "Isolated", "robot"]);
     assert!(chains.has("\n  reach") && chains.has("≤ "), "{chains:?}");
 
-    // The recording says that the timer is a little late now and then, which the deployment does not.
-    let trace = mauve(BINARY, &folder, &["trace", "check", "--deployment", "Isolated", &of, "robot"]);
-    assert!(
-        trace.has("arm_eye_timer_20ms       40") && trace.has("hand_on_arm_seen         40"),
-        "{trace:?}"
+    // A recording is compared with the model: the messages lay there for 3 ms, which the deployment does not say.
+    let trace = ["trace", "check", "--deployment", "Isolated", "--format", "json", &of, "robot"];
+    let trace = mauve(BINARY, &folder, &trace);
+    let checked: Value = serde_json::from_str(&trace.out).unwrap();
+    let [eye, hand] = [0, 1].map(|it| &checked["instances"][it]);
+    assert_eq!(
+        (&eye["instance"], &eye["periods"]),
+        (&"arm_eye_timer_20ms".into(), &40.into()),
+        "{checked:#}"
     );
+    assert_eq!(
+        (&hand["instance"], &hand["periods"]),
+        (&"hand_on_arm_seen".into(), &40.into()),
+        "{checked:#}"
+    );
+    let [response, execution] = ["response", "execution"].map(|it| hand[it].as_f64().unwrap());
+    assert!(response > execution + 2.9 && hand["verdict"] == "fails", "{checked:#}");
+    // The timer's are not recorded.
+    assert_eq!(eye["response_is_lower_bound"], true);
 
     // What is edited is kept, and the same executions are not counted twice.
     let model = folder.join("robot/system.mal");

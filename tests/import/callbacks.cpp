@@ -26,6 +26,7 @@ int look, grasp;
 std::mutex mutex;
 std::condition_variable arrived;
 int messages = 0;
+std::int64_t published[executions];
 
 template <typename Work>
 void execute(const void* callback, const char* name, Work work) {
@@ -49,6 +50,9 @@ void listen() {
       std::unique_lock<std::mutex> lock(mutex);
       arrived.wait(lock, [&] { return messages > taken; });
     }
+    // The listener takes it 3 ms later, as if a longer callback had its thread.
+    spin(std::chrono::microseconds(3000));
+    EVENT(rmw_take, nullptr, nullptr, published[taken]);
     execute(&grasp, "hand", [&] { spin(std::chrono::microseconds(1000 + 50 * taken)); });
   }
 }
@@ -73,6 +77,8 @@ int main() {
       spin(std::chrono::microseconds(2000));
       EVENT(rcl_publish, &publisher, &number);
       const std::lock_guard<std::mutex> lock(mutex);
+      const auto now = std::chrono::system_clock::now().time_since_epoch();
+      published[number] = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
       ++messages;
       arrived.notify_one();
     });

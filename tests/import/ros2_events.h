@@ -56,6 +56,12 @@ LTTNG_UST_TRACEPOINT_EVENT(ros2, rcl_publish,
   LTTNG_UST_TP_ARGS(const void*, publisher_handle, const void*, message),
   FIELDS(POINTER(publisher_handle) POINTER(message)))
 
+LTTNG_UST_TRACEPOINT_EVENT(ros2, rmw_take,
+  LTTNG_UST_TP_ARGS(const void*, rmw_subscription_handle, const void*, message, int64_t, source_timestamp),
+  FIELDS(POINTER(rmw_subscription_handle) POINTER(message)
+         lttng_ust_field_integer(int64_t, source_timestamp, source_timestamp)
+         lttng_ust_field_integer(int, taken, 1)))
+
 LTTNG_UST_TRACEPOINT_EVENT(ros2, callback_start,
   LTTNG_UST_TP_ARGS(const void*, callback, int, is_intra_process),
   FIELDS(POINTER(callback) lttng_ust_field_integer(int, is_intra_process, is_intra_process)))

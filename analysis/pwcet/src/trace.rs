@@ -52,7 +52,7 @@ pub struct Span {
     pub elapsed: Option<u64>,
     /// The CPU time of its thread: without the time in which the thread was preempted.
     pub execution: u64,
-    /// Of a period, when it was released; a trace of LTTng does not have it.
+    /// Of a period, when it was released. A trace of LTTng has it only where a message of ROS 2 was published then.
     pub release: Option<u64>,
     /// Of a period, how its thread was scheduled when it began.
     pub scheduling: Option<Scheduling>,

@@ -166,7 +166,7 @@ pub struct Observer {
     next_recent: usize,
     /// Times in which executions may be missing, in order.
     gaps: Vec<(u64, u64)>,
-    has_releases: bool,
+    lacks_releases: bool,
     /// What codels waited, and what ports took.
     observation: Observation,
     chains: ChainObserver,
@@ -265,7 +265,7 @@ impl Observer {
         let cpus = span.scheduling.map(|it| CpuSet(it.cpus.into())).filter(|cpus| !cpus.is_empty());
         count(&mut observed.masks, cpus, span);
         count(&mut observed.cpus, span.cpu, span);
-        self.has_releases |= span.release.is_some();
+        self.lacks_releases |= span.release.is_none();
 
         // What tracing itself took is no execution of the model.
         let tracing = if span.thread.is_some() { TRACING.0 + instance.spans * TRACING.1 } else { 0 };

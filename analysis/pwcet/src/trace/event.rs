@@ -28,6 +28,8 @@ pub(super) struct SpanEvent<'a> {
     pub(super) cpu_ns: u64,
     /// Of the begin of a period.
     pub(super) scheduling: Option<Scheduling>,
+    /// Of the begin of a period that a message has released: when that was published.
+    pub(super) release: Option<u64>,
     /// Of a codel, how often the thread had given up the CPU by its own will; of a lock, how often while it waited for the lock. None
     /// in recordings of earlier versions.
     pub(super) waits: Option<u64>,
@@ -195,6 +197,7 @@ fn event(line: &[u8]) -> Option<BabeltraceLine<'_>> {
         is_end,
         cpu_ns,
         scheduling: scheduling_of,
+        release: None,
         waits,
         lock,
         outcome,

@@ -130,8 +130,10 @@ impl Nesting {
             return None;
         }
         if !event.is_end {
-            let (cpu, begin, scheduling) = (event.cpu, Some(event.time), event.scheduling);
-            let span = Span { name, thread: Some(thread), cpu, begin, scheduling, ..Span::default() };
+            let SpanEvent { cpu, scheduling, release, .. } = *event;
+            let begin = Some(event.time);
+            let span =
+                Span { name, thread: Some(thread), cpu, begin, scheduling, release, ..Span::default() };
             state.begin(event, span, summary);
             return None;
         }
@@ -259,6 +261,7 @@ mod tests {
             is_end,
             cpu_ns,
             scheduling: None,
+            release: None,
             waits: None,
             lock: None,
             outcome: None,

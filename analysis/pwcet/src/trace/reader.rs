@@ -280,6 +280,7 @@ impl TraceReader {
                 is_end: of.is_end,
                 cpu_ns: of.cpu_ns,
                 scheduling: None,
+                release: of.release,
                 waits: None,
                 lock: None,
                 outcome: None,

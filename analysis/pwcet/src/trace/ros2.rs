@@ -23,6 +23,9 @@ const MOST_THREADS: usize = 1 << 16;
 const MOST_OF_CALLBACK: usize = 1 << 8;
 const LONGEST_NAME: usize = 1 << 10;
 
+/// A message that is older in nanoseconds was published by another clock.
+const LONGEST_AGE: u64 = 10_000_000_000;
+
 /// What a recording says of a system of ROS 2.
 #[derive(Debug, Default)]
 pub struct Ros2Graph {
@@ -45,6 +48,8 @@ pub struct Ros2Graph {
     handles: HashMap<Handle, usize>,
     /// What threads execute now.
     open: HashMap<RecordedThread, OpenCallback>,
+    /// When the messages that threads have just taken were published.
+    taken: HashMap<RecordedThread, u64>,
     /// The publishers of the messages that threads have just passed on within their processes.
     within: HashMap<RecordedThread, usize>,
     hosts: HashMap<Vec<u8>, u32>,
@@ -183,6 +188,8 @@ pub(super) struct CallbackEvent {
     pub(super) is_end: bool,
     /// A time that grows by the execution time from the begin to the end.
     pub(super) cpu_ns: u64,
+    /// Of a begin by a message: when that was published, by the clock of its publisher.
+    pub(super) release: Option<u64>,
 }
 
 impl Ros2Graph {
@@ -205,6 +212,10 @@ impl Ros2Graph {
         match event.name {
             b"callback_start" => return Ok(self.execution(event, thread, false)),
             b"callback_end" => return Ok(self.execution(event, thread, true)),
+            b"rmw_take" if event.number("taken") == Some(1) => {
+                self.take(event.number("source_timestamp"), thread)
+            }
+            b"dispatch_subscription_callback" => self.take(event.number("source_stamp"), thread),
             b"rcl_publish" => _ = self.publish(event, thread, false),
             b"rclcpp_intra_publish" => _ = self.publish(event, thread, true),
             _ => _ = self.made(event, thread),
@@ -352,7 +363,8 @@ impl Ros2Graph {
                 .and_then(|(now, then)| now.used.checked_sub(then));
             self.callbacks.get_mut(callback)?.elapsed += u64::from(open.is_some() && used.is_none());
             let used = used.unwrap_or(event.time.saturating_sub(begin));
-            return Some(CallbackEvent { callback, is_end, cpu_ns: begin.saturating_add(used) });
+            let cpu_ns = begin.saturating_add(used);
+            return Some(CallbackEvent { callback, is_end, cpu_ns, release: None });
         }
         if self.open.len() >= MOST_THREADS {
             self.open.clear();
@@ -368,7 +380,19 @@ impl Ros2Graph {
         }
         of.begins(event.time);
         self.last_cpu = self.last_cpu.max(event.cpu);
-        Some(CallbackEvent { callback, is_end, cpu_ns: event.time })
+        let published =
+            self.taken.remove(&thread).filter(|_| matches!(of.release, Ros2Release::Subscription(_)));
+        // Of another computer, the clock may be any.
+        let release = published.filter(|it| event.time.checked_sub(*it).is_some_and(|age| age < LONGEST_AGE));
+        Some(CallbackEvent { callback, is_end, cpu_ns: event.time, release })
+    }
+
+    /// A thread has taken a message that was published then: it executes its callback next.
+    fn take(&mut self, published: Option<u64>, thread: RecordedThread) {
+        if self.taken.len() >= MOST_THREADS {
+            self.taken.clear();
+        }
+        self.taken.extend(published.filter(|it| *it > 0).map(|it| (thread, it)));
     }
 
     /// A message that goes to other nodes of the process, and to other processes, has both events, one after the other.
@@ -665,6 +689,39 @@ mod tests {
             assert_eq!(found, [("arm_eye_timer_5ms".to_owned(), 100, 60)]);
             assert_eq!(reader.ros2().callbacks[0].elapsed, 1);
         }
+    }
+
+    /// The times of the begins, and of the messages before them.
+    #[derive(Default)]
+    struct Releases(Vec<(u64, Option<u64>)>);
+
+    impl Visitor for Releases {
+        fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
+            if names.get(span.name).kind == SpanKind::Period {
+                self.0.push((span.begin.unwrap(), span.release));
+            }
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn a_message_releases_when_it_was_published() {
+        let at = |time: u64| 7_000_000_000 + time;
+        let take = |time, published: u64, taken| {
+            let fields = format!(
+                "rmw_subscription_handle = 0x1, message = 0x2, source_timestamp = {published}, taken = {taken}"
+            );
+            event(time, "rmw_take", &fields)
+        };
+        let text = made()
+            + &[take(90, at(50), 1), start(100, 2), end(130, 2)].concat()
+            // A second of two begins, a message of another clock, and a take of nothing.
+            + &[start(200, 2), end(210, 2), take(220, 5, 1), start(230, 2), end(240, 2)].concat()
+            + &[take(250, at(240), 0), start(260, 2), end(270, 2), take(280, at(275), 1), start(290, 1), end(300, 1)].concat();
+        let (mut reader, mut found) = (TraceReader::default(), Releases::default());
+        reader.read_lines(text.as_bytes(), &mut found).unwrap();
+        let none = [200, 230, 260, 290].map(|begin| (at(begin), None));
+        assert_eq!(found.0, [[(at(100), Some(at(50)))].as_slice(), &none].concat());
     }
 
     /// It goes to nodes of the process, and to others.

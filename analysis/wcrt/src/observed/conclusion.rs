@@ -18,8 +18,7 @@ const RAISED: u32 = 99;
 impl Observer {
     /// Returns what was observed. `names` are those of the recording.
     pub fn finish(mut self, names: &SpanNames) -> ObservedDeployment {
-        let mut observed =
-            ObservedDeployment { has_releases: self.has_releases, ..ObservedDeployment::default() };
+        let mut observed = ObservedDeployment::default();
         observed.work.clone_from(self.observation.work());
         let seen = std::mem::take(&mut self.observation).finish(names);
         let all: Vec<(NameId, Tally)> = std::mem::take(&mut self.series).into_iter().collect();
@@ -32,6 +31,7 @@ impl Observer {
                 instance.observed.is_observed = true;
             }
         }
+        observed.has_releases = observed.has_periods && !self.lacks_releases;
         let mut by_instance: Vec<Vec<(&str, &Tally)>> = vec![Vec::new(); self.instances.len()];
         for (id, series) in &all {
             let own = series.instance.and_then(|index| by_instance.get_mut(index));

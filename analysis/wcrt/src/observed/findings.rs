@@ -326,7 +326,7 @@ pub struct ObservedDeployment {
     pub connections: Vec<ObservedConnection>,
     /// By instance, then those of none.
     pub findings: Vec<TraceFinding>,
-    /// Whether the recording has periods, and their releases.
+    /// Whether the recording has periods, and the releases of all of them.
     pub has_periods: bool,
     /// See `has_periods`.
     pub has_releases: bool,

@@ -135,7 +135,7 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
         );
     } else if !observed.has_releases {
         notes.push(
-            "releases are not in the trace: response times and jitter are those with the latest releases that agree with it, and \
+            "not all releases are in the trace: response times and jitter are those with the latest releases that agree with it, and \
              the true ones may be greater"
                 .to_owned(),
         );
