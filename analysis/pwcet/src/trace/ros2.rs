@@ -716,7 +716,7 @@ mod tests {
         let text = made()
             + &[take(90, at(50), 1), start(100, 2), end(130, 2)].concat()
             // A second of two begins, a message of another clock, and a take of nothing.
-            + &[start(200, 2), end(210, 2), take(220, 5, 1), start(230, 2), end(240, 2)].concat()
+            + &[start(200, 2), end(210, 2), take(220, at(999), 1), start(230, 2), end(240, 2)].concat()
             + &[take(250, at(240), 0), start(260, 2), end(270, 2), take(280, at(275), 1), start(290, 1), end(300, 1)].concat();
         let (mut reader, mut found) = (TraceReader::default(), Releases::default());
         reader.read_lines(text.as_bytes(), &mut found).unwrap();
