@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use mauve_hir::ros2_files::{NamedPath, PathNode};
+use mauve_projects::harmless::harmless_line;
 use mauve_pwcet::trace::{ROS2_LIBRARY, RecordedThread, Ros2Callback, Ros2Release, ros2_identifier};
 
 use super::recorded::{MOST_WRITES, System, released_by};
@@ -516,9 +517,10 @@ fn camel_case(name: &str) -> String {
     if name.starts_with(|first: char| first.is_ascii_digit()) { format!("_{name}") } else { name }
 }
 
-/// Returns a text for a comment of one line.
+/// Returns a text for a comment of one line, without letters that an editor or a terminal obeys.
 fn comment(text: &str) -> String {
-    text.chars().map(|it| if it.is_control() { ' ' } else { it }).take(120).collect()
+    let text: String = text.chars().take(120).collect();
+    harmless_line(&text).replace('\t', " ")
 }
 
 /// Rounds down to three digits.
@@ -561,7 +563,7 @@ mod tests {
             let mut callback = Ros2Callback::default();
             (callback.node, callback.release) = (Some(node), release.clone());
             callback.name = format!("{}_{number}", ros2_identifier(graph.nodes[node].as_str()));
-            (callback.executions, callback.symbol) = (3, "a\n*/ \"b".to_owned());
+            (callback.executions, callback.symbol) = (3, "a\n*/ \"b\u{202e}\u{2028}\r".to_owned());
             for topic in topics {
                 let messages = Ros2Messages { all: 3, most: 1 };
                 callback.publishes.insert(graph.publishers.len(), messages);
@@ -617,6 +619,7 @@ mod tests {
         let (files, errors) = checked(&graph, vec![reach, lost]);
         assert_eq!(errors, Vec::<String>::new());
         let model = &files["system.mal"];
+        assert!(model.contains(r#"  // a\u{a}*/ "b\u{202e}\u{2028}"#), "{model}");
         assert!(model.contains("connection head_1.kept -> head_2.kept"), "{model}");
         assert!(model.contains("activity head_2 { priority = 4  period = 100 }"), "{model}");
         let config = &files["mauve.toml"];
@@ -626,7 +629,7 @@ mod tests {
             ),
             "{config}"
         );
-        assert!(config.contains("# The path lost [x] gives no chain"), "{config}");
+        assert!(config.contains("# The path lost\\u{a}[x] gives no chain"), "{config}");
     }
 
     /// Without the events of CARET, the recorded threads say who waits for whom.
