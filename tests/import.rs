@@ -86,6 +86,23 @@ fn orocos_callbacks_that_were_recorded_are_a_project() {
         assert!(table.contains(&format!("\"ros.{callback}\" = {}.", greatest / 1000)), "{table}");
     }
 
+    // What a busy computer records may miss a deadline: from here on, the times are those of an idle one.
+    let edit = |name: &str, edit: &dyn Fn(&str) -> String| {
+        let path = folder.join("robot").join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_ne!(edit(&text), text, "{text}");
+        std::fs::write(&path, edit(&text)).unwrap();
+    };
+    let value = |text: &str, before: &str, value: &str| {
+        let (begin, rest) = text.split_once(before).unwrap();
+        let end = rest.find(|it: char| !it.is_ascii_digit() && it != '.').unwrap();
+        format!("{begin}{before}{value}{}", &rest[end..])
+    };
+    edit("timing.toml", &|text| value(text, "arm_eye_timer_20ms\" = ", "2100"));
+    edit("timing.toml", &|text| value(text, "hand_on_arm_seen\" = ", "3100"));
+    edit("system.mal", &|text| value(text, "trigger = arm_seen  least = ", "17"));
+    edit("mauve.toml", &|text| text.replace("observed = ", "# observed = "));
+
     // As it was recorded, nothing is proved; with a priority for each thread, everything is, if the times hold.
     let check = mauve(BINARY, &folder, &["check", "robot"]);
     assert_eq!(check.code, 0, "{check:?}");
