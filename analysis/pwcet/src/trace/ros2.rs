@@ -7,7 +7,7 @@
 //! With the events of the scheduler, an execution takes the CPU time of its thread. Without them, it takes the time from its begin to
 //! its end: that is longer where the thread was preempted or waited, and never shorter.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 
 use super::RecordedThread;
 use super::error::TraceError;
@@ -21,6 +21,7 @@ pub const ROS2_LIBRARY: &str = "ros";
 const MOST_ENTITIES: usize = 1 << 15;
 const MOST_THREADS: usize = 1 << 16;
 const MOST_OF_CALLBACK: usize = 1 << 8;
+const MOST_HOSTS: usize = 1 << 8;
 const LONGEST_NAME: usize = 1 << 10;
 
 /// A message that is older in nanoseconds was published by another clock.
@@ -57,7 +58,8 @@ pub struct Ros2Graph {
     clocks: HashMap<(u32, u64), ThreadClock>,
     /// The thread that each CPU of a host executes.
     running: HashMap<(u32, u32), u64>,
-    names: HashSet<String>,
+    /// The names of callbacks, each with the last number behind it.
+    names: HashMap<String, u32>,
     /// The callbacks before this one have a name.
     named: usize,
 }
@@ -83,7 +85,7 @@ pub struct Ros2Callback {
     pub priority: Option<u32>,
     /// How often it began.
     pub executions: u64,
-    /// How many executions ended of which only the elapsed time is known.
+    /// How many executions have an elapsed time, and no CPU time.
     pub elapsed: u64,
     /// The least time between two begins.
     pub least_gap: Option<u64>,
@@ -308,7 +310,7 @@ impl Ros2Graph {
         self.handles.get(&handle).copied()
     }
 
-    /// Lets a handle be what another one is.
+    /// Gives a new handle the index of a known one.
     fn same(&mut self, new: Handle, known: Handle) -> Option<()> {
         let of = self.index(known)?;
         self.handles.insert(new, of);
@@ -438,30 +440,31 @@ impl Ros2Graph {
         for of in self.callbacks.iter_mut().take(callback + 1).skip(self.named) {
             let node = of.node.and_then(|it| self.nodes.get(it)).map_or("", String::as_str);
             let base = callback_name(node, &of.release);
-            let numbered = (2..).map(|number| format!("{base}_{number}"));
-            let mut names = std::iter::once(base.clone()).chain(numbered);
-            of.name = names.find(|name| !self.names.contains(name)).unwrap_or_default();
-            self.names.insert(of.name.clone());
+            let mut number = self.names.get(&base).copied().unwrap_or(1);
+            of.name.clone_from(&base);
+            while self.names.contains_key(&of.name) {
+                number += 1;
+                of.name = format!("{base}_{number}");
+            }
+            self.names.insert(base, number);
+            self.names.entry(of.name.clone()).or_insert(1);
         }
         self.named = self.named.max(callback + 1);
     }
 
-    /// Returns the number of a host.
-    fn host(&mut self, name: &[u8]) -> u32 {
+    /// Returns the number of a host. `None` for more hosts than are kept apart: their CPU times are unknown.
+    fn host(&mut self, name: &[u8]) -> Option<u32> {
         if let Some(host) = self.hosts.get(name) {
-            return *host;
+            return Some(*host);
         }
-        let next = u32::try_from(self.hosts.len()).unwrap_or(u32::MAX);
-        // More hosts have no CPU times.
-        if self.hosts.len() < MOST_OF_CALLBACK {
-            self.hosts.insert(name.to_owned(), next);
-        }
-        next
+        let next = u32::try_from(self.hosts.len()).ok().filter(|_| self.hosts.len() < MOST_HOSTS)?;
+        self.hosts.insert(name.to_owned(), next);
+        Some(next)
     }
 
     /// Takes the CPU from one thread, and gives it to another.
     pub(super) fn switch(&mut self, event: &SwitchEvent<'_>) {
-        let host = self.host(event.host);
+        let Some(host) = self.host(event.host) else { return };
         if self.clocks.len() >= MOST_THREADS || self.running.len() >= MOST_THREADS {
             (self.clocks, self.running) = Default::default();
             self.open.values_mut().for_each(|open| open.used = None);
@@ -479,7 +482,7 @@ impl Ros2Graph {
     /// Returns the clock of a thread at its event; its `used` counts until now. `None` unless the scheduler says that the thread has this
     /// CPU: within a container, its number is that of another thread outside.
     fn clock_at(&mut self, event: &Ros2Event<'_>, thread: u64) -> Option<ThreadClock> {
-        let host = self.host(event.host());
+        let host = self.host(event.host())?;
         self.running.get(&(host, event.cpu?)).filter(|it| **it == thread)?;
         let clock = self.clocks.get(&(host, thread))?;
         let used = clock.used.checked_add(event.time.checked_sub(clock.since?)?)?;
@@ -565,13 +568,12 @@ mod tests {
         }
     }
 
-    /// Writes an event as `babeltrace2` does: of process 7, and thread 7 unless `name` has another one behind `@`.
+    /// Writes an event of process 7 and thread 7, as `babeltrace2` does.
     fn event(time: u64, name: &str, fields: &str) -> String {
-        let (name, thread) = name.split_once('@').unwrap_or((name, "7"));
         let provider =
             if name.contains("group") || name.contains("executor") { "ros2_caret" } else { "ros2" };
         format!(
-            "[7.{time:09}] vm {provider}:{name}: {{ cpu_id = 1 }}, {{ vpid = 7, procname = \"n\", vtid = {thread} }}, {{ {fields} }}\n"
+            "[7.{time:09}] vm {provider}:{name}: {{ cpu_id = 1 }}, {{ vpid = 7, procname = \"n\", vtid = 7 }}, {{ {fields} }}\n"
         )
     }
 
@@ -765,6 +767,31 @@ mod tests {
             read(&(made() + &second + &[start(20, 5), end(21, 5), start(30, 1), end(32, 1)].concat()));
         let names: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
         assert_eq!(names, ["arm_eye_timer_5ms_2", "arm_eye_timer_5ms"]);
+    }
+
+    #[test]
+    fn many_callbacks_of_one_name_are_named_at_once() {
+        let of = |it: u64| Ros2Callback {
+            release: Ros2Release::Timer(1_000_000 * (1 + it / 20_000)),
+            ..Ros2Callback::default()
+        };
+        let mut graph = Ros2Graph { callbacks: (0..30_000).map(of).collect(), ..Ros2Graph::default() };
+        graph.name(29_999);
+        let names = [0, 1, 19_999, 20_000, 29_999].map(|it| graph.callbacks[it].name.as_str());
+        assert_eq!(names, ["timer_1ms", "timer_1ms_2", "timer_1ms_20000", "timer_2ms", "timer_2ms_10000"]);
+    }
+
+    /// Each counts by itself, and those beyond the limit have elapsed times: one thread number of two hosts is not one thread.
+    #[test]
+    fn many_hosts_are_not_mixed() {
+        let of_host = |text: &str, host: usize| text.replace("] vm ", &format!("] h{host} "));
+        let hosts: String = (0..MOST_HOSTS).map(|it| of_host(&switch(20, 1, 2, 20), it)).collect();
+        let last =
+            [&made(), &switch(90, 1, 7, 20), &start(100, 1), &end(160, 1)].map(String::as_str).concat();
+        let other = of_host(&switch(120, 7, 3, 20), 1000) + &of_host(&switch(140, 3, 7, 20), 1000);
+        let text = hosts + &last.replace(&start(100, 1), &(start(100, 1) + &other));
+        let (found, reader, _) = read(&text);
+        assert_eq!((found[0].2, reader.ros2().callbacks[0].elapsed), (60, 1));
     }
 
     #[test]
