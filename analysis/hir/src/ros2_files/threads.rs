@@ -45,7 +45,7 @@ pub struct ThreadsFile {
     pub completeness: Completeness,
 }
 
-/// A thread: that of a callback group, or another one.
+/// A thread of a callback group, or one without callbacks.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct ThreadEntry {
     /// The place of the entry, in bytes.

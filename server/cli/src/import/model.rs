@@ -191,7 +191,7 @@ impl<'a> Model<'a> {
         self.of_node(node).find(|(_, part)| part.callback.release == release).map(|it| it.0)
     }
 
-    /// The one that gets the data, if it publishes; otherwise another one.
+    /// The callback that publishes: the receiver, if it does; otherwise the first one of the node.
     fn sender(&self, node: &PathNode) -> Option<usize> {
         let topic = node.publishes.as_deref()?;
         let publishes = |part: &Part<'_>| part.outputs.iter().any(|it| it.1 == topic);
@@ -337,9 +337,15 @@ impl<'a> Model<'a> {
 
     fn deployment(&self, text: &mut String, name: &str, what: &str, priority: impl Fn(&Part<'_>) -> u32) {
         let _ = writeln!(text, "\n  // {what}\n  deployment {name} {{\n    architecture System");
+        // A thread has one priority.
+        let mut priorities: BTreeMap<&str, u32> = BTreeMap::new();
         for part in &self.parts {
-            let mates = self.parts.iter().filter(|it| it.thread_name() == part.thread_name());
-            *text += &part.activity(mates.map(&priority).max().unwrap_or(0), self.system);
+            let of = priorities.entry(part.thread_name()).or_default();
+            *of = (*of).max(priority(part));
+        }
+        for part in &self.parts {
+            let priority = priorities.get(part.thread_name()).copied().unwrap_or(0);
+            *text += &part.activity(priority, self.system);
         }
         if !self.outside.is_empty() {
             let _ = writeln!(text, "    activity {} {{ priority = background }}", OUTSIDE[0]);

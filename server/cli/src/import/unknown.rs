@@ -89,7 +89,7 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
     lines
 }
 
-/// Whether a callback publishes nothing, and is of a node where another one does.
+/// Whether a callback publishes nothing, in a node that publishes.
 fn keeps(system: &System<'_>, callback: &Ros2Callback) -> bool {
     let publishes =
         |(_, it, _): (usize, &Ros2Callback, _)| it.node == callback.node && !it.publishes.is_empty();
