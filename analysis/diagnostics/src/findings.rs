@@ -95,9 +95,8 @@ pub fn workspace_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Fi
 #[salsa::tracked(returns(ref))]
 pub fn checked_files(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     let models = projects_by_file(db, workspace).keys().chain(models_not_included(db, workspace)).copied();
-    let tables = mauve_wcrt::table_files(db, workspace).files.iter().copied();
-    let tables = tables.chain(mauve_wcrt::observed_files(db, workspace).files.iter().copied());
-    let mut all: Vec<File> = models.chain(tables).chain(config_file(db, workspace)).collect();
+    let inputs = mauve_wcrt::input_files(db, workspace).0;
+    let mut all: Vec<File> = models.chain(inputs).chain(config_file(db, workspace)).collect();
     all.sort_by_cached_key(|file| file.path(db).clone());
     all.dedup();
     all
@@ -214,6 +213,7 @@ fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Arc<Diag
     found.extend(timing_diagnostics(db, project, missing));
     let of_locks = declared_locks(db, project).facts.iter().cloned();
     let of_config = of_locks.chain(required_facts(db, project)).chain(dependent_facts(db, project));
+    let of_config = of_config.chain(thread_facts(db, project.workspace(db)));
     let of_tables: Vec<TimingFact<'db>> = table_facts(db, project).into_iter().chain(of_config).collect();
     let mut in_tables = timing_diagnostics(db, project, &of_tables);
     in_tables.sort_by_key(|it| match it.at {
@@ -299,9 +299,7 @@ fn diagnostics_at<'db>(
 ) -> Vec<(TextSize, Arc<Diagnostic<'db>>, Option<Project<'db>>)> {
     // A table belongs to all projects. No project contains the configuration, but diagnostics of each may be there.
     let containing = projects_by_file(db, workspace).get(&file).map(Vec::as_slice);
-    let is_table = containing.is_none()
-        && (mauve_wcrt::table_files(db, workspace).files.contains(&file)
-            || mauve_wcrt::observed_files(db, workspace).files.contains(&file));
+    let is_table = containing.is_none() && mauve_wcrt::input_files(db, workspace).0.any(|it| it == file);
     let having = if is_table { projects(db, workspace) } else { containing.unwrap_or_default() };
     let mut found: Vec<(TextSize, &'db Arc<Diagnostic<'db>>, Vec<Project<'db>>)> = Vec::new();
     let mut index: FxHashMap<(TextSize, &'static str, &'db str), usize> = FxHashMap::default();
@@ -367,8 +365,7 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
         let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
         found.push(invalid_configuration::report(at(span), message).did_you_mean(near));
     }
-    let observed = &mauve_wcrt::observed_files(db, workspace).errors;
-    for (error, span) in mauve_wcrt::table_files(db, workspace).errors.iter().chain(observed) {
+    for (error, span) in mauve_wcrt::input_files(db, workspace).1 {
         found.push(invalid_configuration::report(at(span), table_reasons::table_files_error(error)));
     }
     for (path, span) in &config.roots {

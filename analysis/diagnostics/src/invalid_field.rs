@@ -28,6 +28,12 @@ pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, why: &Invalid
             (format!("no CPU set `{name}` in `[platform.cpu_sets]` of mauve.toml"), near)
         }
         InvalidValue::NoInputPort(name, shell, near) => (format!("no input port `{name}` in {shell}"), near),
+        InvalidValue::UnknownThread(id, near) => {
+            (format!("no thread `{id}` in the files of `[platform] threads` of mauve.toml"), near)
+        }
+        InvalidValue::OfThread => {
+            (format!("the thread has the {} in its file: remove it here", field.keyword()), &None)
+        }
         why => (format!("invalid {}: expected {}", field.keyword(), expected(why)), &None),
     };
     let found = Diagnostic::new(&INVALID_FIELD, at.clone(), message).did_you_mean(near.clone());
@@ -47,6 +53,7 @@ fn expected(why: &InvalidValue) -> String {
         InvalidValue::NotBelow(period) => format!("a time less than the period of {period}"),
         InvalidValue::NoTime(why) => format!("{} ({})", FieldKind::Time.expected(), no_time(why)),
         InvalidValue::CpuZero => "CPUs from 1, the first one".to_owned(),
+        InvalidValue::UnknownThread(..) | InvalidValue::OfThread => FieldKind::Thread.expected().to_owned(),
         InvalidValue::UnknownCpuSet(..) => FieldKind::CpuList.expected().to_owned(),
         InvalidValue::NoInputPort(..) => FieldKind::Ports.expected().to_owned(),
     }

@@ -21,7 +21,7 @@ use mauve_hir::{
 };
 use mauve_wcrt::{
     Query, TimingFact, declared_locks, dependent_facts, missing_time_facts, priority_facts, required_facts,
-    system_of, table_facts, timing_facts, trigger_facts,
+    system_of, table_facts, thread_facts, timing_facts, trigger_facts,
 };
 
 pub mod activity_figure;

@@ -1,7 +1,8 @@
 //! The diagnostics of the chains and connections of a deployment.
 
-use mauve_hir::{deployed, platform_of};
+use mauve_hir::deployed;
 use mauve_wcrt::chains::{ChainReport, ConnectionReport, chains_of};
+use mauve_wcrt::is_throttled;
 
 use super::*;
 
@@ -32,7 +33,7 @@ pub(super) fn chain_diagnostics<'db>(
                 .then(|| chain_broken::report(db, (&at, config), chain, keys()));
         };
         let limit = chain.limit.filter(|limit| latency > *limit)?;
-        let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+        let is_throttled = is_throttled(db, project.workspace(db)) == Some(true);
         late(flat, chain, (latency, limit), &at, is_throttled)
     });
     found.extend(of_config);

@@ -8,8 +8,8 @@ use mauve_hir::{Decl, File, ModelDb, Names, Project, declaration_map, features_o
 use mauve_syntax::{SyntaxError, SyntaxErrorKind, TextRange};
 use mauve_timing::{CpuSet, MachineError, NoBoundReason};
 use mauve_wcrt::{
-    ActivityReport, CallsReason, IncompleteTable, LockReason, NoSuchCpu, Reason, Share, TooLong,
-    UnknownPriority, UnusableTime, file_name,
+    ActivityReport, CallsReason, IncompleteTable, LockReason, NoSuchCpu, Reason, Share, ThreadReason,
+    TooLong, UnknownPriority, UnusableTime, file_name,
 };
 
 use super::lists::{each_once, enumerated};
@@ -39,6 +39,30 @@ pub fn short_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
 
 /// What is said of an activity for which a better method did not end.
 pub const EXHAUSTED: &str = "the budget of a better method is exhausted: the response time may be shorter";
+
+fn thread(db: &dyn ModelDb, why: &ThreadReason) -> ReasonWords {
+    match why {
+        ThreadReason::NoActivity { id, file } => words(
+            format!(
+                "the thread `{id}` of {} may delay it, and no activity of the deployment has it: add its callbacks, each with \
+                 `thread = \"{id}\"`, or `[[platform.other]]` with `name = \"{id}\"`, its priority, its CPUs and how much it executes",
+                file_name(db, *file)
+            ),
+            "a thread has no activity",
+        ),
+        ThreadReason::Deadline => words(
+            "its thread has the policy SCHED_DEADLINE, which is not analysed: use SCHED_FIFO",
+            "SCHED_DEADLINE",
+        ),
+        ThreadReason::SharedRoundRobin(priority) => words(
+            format!(
+                "its thread has the policy SCHED_RR, and another one has the priority {priority}: use SCHED_FIFO, or other priorities"
+            ),
+            "SCHED_RR is shared",
+        ),
+        ThreadReason::Repeated => words("two entries have the id of its thread", "repeated thread"),
+    }
+}
 
 /// Returns the message of the reason why a core or an architecture is not analysed.
 pub fn model_reason<'db>(db: &'db dyn ModelDb, reason: &fact::ModelReason<'db>) -> String {
@@ -128,6 +152,7 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> ReasonWords {
             ),
             "middleware has a higher priority",
         ),
+        Reason::Thread(why) => thread(db, why),
         Reason::CpusOfHost(host) => words(
             format!(
                 "how many CPUs host `{host}` has is not known: add `cpus` to `[host.{host}]`; all hosts have {} together at most",

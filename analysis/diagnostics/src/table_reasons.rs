@@ -1,5 +1,6 @@
 //! The messages of the reasons why timing tables, or entries of them, cannot be used.
 
+use mauve_hir::ros2_files::{ExpectedValue, FileProblemKind};
 use mauve_hir::{File, ModelDb, toml_key};
 use mauve_timing::{Level, ObservedErrorKind};
 use mauve_wcrt::{
@@ -8,6 +9,7 @@ use mauve_wcrt::{
 };
 
 use super::configuration::{mistake, time_error};
+use super::lists::alternatives;
 use super::table_error::{kind_name, table_error_message};
 
 /// Returns why an entry of a timing table is unusable.
@@ -107,7 +109,67 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
             format!("{keys} unknown keys: this may be a table of another project")
         }
         TableFault::Observed(kind) => observed_error(kind),
+        TableFault::Threads(kind) => thread_problem(kind),
+        TableFault::Throttling => "the throttling of real-time threads is analysed with 950000 us of 1000000 us, or without a limit (`runtime_us: -1`)"
+            .to_owned(),
         TableFault::OfOverhead(key) => format!("move `{key}` to [overhead]"),
+    }
+}
+
+/// Returns the message of a problem in a file of `[platform] threads`.
+pub(super) fn thread_problem(kind: &FileProblemKind) -> String {
+    use FileProblemKind as Kind;
+    match kind {
+        Kind::Syntax(error) => format!("not YAML: {error}"),
+        Kind::TooLarge => "too many values, or too deep: the text behind this is not read".to_owned(),
+        Kind::SecondDocument => "a second document: readers disagree whether it counts".to_owned(),
+        Kind::UncertainLines => {
+            "only some readers take this character for the end of a line: remove it".to_owned()
+        }
+        Kind::RepeatedKey(key) => format!("a second `{key}`: readers disagree which of the two counts"),
+        Kind::UncertainKeys => {
+            "a merge key, an alias or a collection as a key: readers disagree on the keys here".to_owned()
+        }
+        Kind::Alias => "an alias: the reader of parameters refuses the file".to_owned(),
+        Kind::WrongKind { key, expected } if key.is_empty() => {
+            format!("expected {}", expected_value(expected))
+        }
+        Kind::WrongKind { key, expected } => {
+            format!("invalid `{key}`: expected {}", expected_value(expected))
+        }
+        Kind::MissingKey(key) => format!("no `{key}`: readers refuse the file without it"),
+        Kind::UnknownKey(key) => format!("readers ignore the key `{key}`"),
+        Kind::UnreadSection(name) => {
+            format!(
+                "`{name}` does not count: declare what delays activities as `[[platform.other]]` of mauve.toml"
+            )
+        }
+        Kind::RepeatedId(id) => format!("a second entry of `{id}`: which of the two counts is unknown"),
+        Kind::UnusualId(id) => format!(
+            "no executor has a callback group `{id}`: its ids are `/ns/node@Timer(1000000)@Subscription(/topic)`"
+        ),
+        Kind::NameAndId => "both `name` and `id`: each version of the reader knows one of them".to_owned(),
+        Kind::NiceInPriority => "newer versions of the reader want the nice value in `nice`".to_owned(),
+        Kind::InvalidDeadline => "Linux refuses this: 1024 ≤ runtime ≤ deadline ≤ period, in ns".to_owned(),
+        Kind::DetachedController => "`detached` is refused for controllers: use `synchronized`".to_owned(),
+        Kind::DeprecatedPriority => {
+            "newer versions ignore this: move it to `async_parameters.thread_priority`".to_owned()
+        }
+        Kind::ParametersElsewhere => "parameters in another file are not read: write them here".to_owned(),
+    }
+}
+
+fn expected_value(expected: &ExpectedValue) -> String {
+    match expected {
+        ExpectedValue::Mapping => "a mapping, `key: value`".to_owned(),
+        ExpectedValue::List => "a list".to_owned(),
+        ExpectedValue::Text => "a text that is not empty".to_owned(),
+        ExpectedValue::Bool => "`true` or `false`".to_owned(),
+        ExpectedValue::Integer(least, most) => {
+            format!("an integer from {least} to {most}, in decimal digits")
+        }
+        ExpectedValue::Cpus => "a list of CPUs from 0 to 127, such as [0, 1]".to_owned(),
+        ExpectedValue::OneOf(words) => alternatives(words),
     }
 }
 

@@ -59,6 +59,9 @@ pub(super) fn timing_diagnostic<'db>(
             never_triggered::report(at, [instance, port], writer.as_ref())
         }
         Fact::TriggerNotRead { instance, port } => unread_trigger::report(at, instance, port),
+        Fact::ThreadFile(kind) => {
+            Diagnostic::new(&UNKNOWN_TIMING_KEY, at, table_reasons::thread_problem(kind))
+        }
         Fact::InvalidTable(fault) => invalid_table::report(db, at, fault),
         Fact::RepeatedTime { key, first } => invalid_table::repeated(db, at, key, first),
         Fact::UnknownTimingKey { kind, key, near, fixed } => {

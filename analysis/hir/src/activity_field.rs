@@ -51,7 +51,7 @@ pub enum FieldKind {
     Ports,
     /// A list of instances.
     Instances,
-    /// The name of a thread: any.
+    /// The name of a thread: any; or the id of a thread of `[platform] threads`, as a text.
     Thread,
     /// `fifo` or `any`.
     Order,
@@ -73,6 +73,7 @@ pub enum FieldValue {
     Ports(Vec<NameRef>, Needs),
     Instances,
     Thread(Name),
+    DeclaredThread(Name),
     Order(Order),
     Truth(bool),
 }
@@ -93,9 +94,11 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
                   Its name is any." },
     FieldEntry { field: ActivityField::Thread, kind: FieldKind::Thread, default: Some("a thread of its own"), only_real_time: true,
         other_names: &["group", "callback_group", "executor", "queue", "work_queue"], example: "control",
-        values: "the name of the thread that executes it, and other activities with this thread",
+        values: "the name of the thread that executes it, and other activities with this thread; or its id in `[platform] threads`",
         meaning: "The thread that executes the activity, and all others with a thread of this name: one job after another, each with \
-                  the releases of its own activity, such as the callbacks of an executor. They have one priority and the same CPUs." },
+                  the releases of its own activity, such as the callbacks of an executor. They have one priority and the same CPUs. \
+                  A text, such as `\"/nav@Timer(100000000)\"`, is the id of a callback group, or the name of another thread, in the files of \
+                  `[platform] threads`: its priority and its CPUs are written there." },
     FieldEntry { field: ActivityField::Order, kind: FieldKind::Order, default: Some("`fifo`"), only_real_time: true,
         other_names: &["policy", "scheduling"], example: "any",
         values: "the order of the jobs in the thread: fifo, or any",
@@ -217,6 +220,10 @@ pub enum InvalidValue {
     NotBelow(Time),
     /// It is not a time.
     NoTime(NoTime),
+    /// The files of `[platform] threads` have no thread of this id; with a similar id.
+    UnknownThread(Name, Option<Name>),
+    /// The thread of the activity has the value, in a file of `[platform] threads`.
+    OfThread,
     /// `mauve.toml` has no CPU set of this name; with a similar name.
     UnknownCpuSet(Name, Option<Name>),
     /// Its CPUs are numbered from 0.
@@ -257,7 +264,7 @@ impl FieldKind {
                 "the name of an input port, or `any` or `all` with a list of some, such as `any [scan, odometry]`"
             }
             FieldKind::Instances => "a list of instances, such as `[imu, gps]`",
-            FieldKind::Thread => "the name of a thread",
+            FieldKind::Thread => "the name of a thread, or its id in `[platform] threads` as a text",
             FieldKind::Order => "`fifo` or `any`",
             FieldKind::Truth => "`true` or `false`",
         }
@@ -309,7 +316,10 @@ impl FieldKind {
                 Some(time(value, Rounding::Down).map_err(InvalidValue::NoTime)?).filter(is_positive)
             }
             (FieldKind::Rate, _) => period_of(value).filter(is_positive),
-            (FieldKind::Thread, _) => value.as_name().map(|it| FieldValue::Thread(it.name.clone())),
+            (FieldKind::Thread, _) => match value {
+                Expr::Literal(Literal::String(id), _) => Some(FieldValue::DeclaredThread(id.clone())),
+                _ => value.as_name().map(|it| FieldValue::Thread(it.name.clone())),
+            },
             (FieldKind::Order, _) => value.as_name().and_then(|it| order(&it.name)),
             (FieldKind::Truth, _) => match value {
                 Expr::Literal(Literal::Bool(truth), _) => Some(FieldValue::Truth(*truth)),

@@ -46,6 +46,8 @@ pub struct Config {
     pub cpus: Option<u32>,
     /// `[platform.cpu_sets]`, in the order of their names.
     pub cpu_sets: Vec<CpuSetConfig>,
+    /// `[platform] threads`: globs, from the configuration's folder, of the files that set up the threads of the executor.
+    pub threads: Vec<Located>,
     /// `[platform] rt_throttling`: whether Linux reserves 50 ms of each second for other tasks. If absent, it does not, and
     /// reports show this assumption.
     pub rt_throttling: Option<bool>,
@@ -415,9 +417,9 @@ impl Config {
         self.tables.iter().chain(of_deployments).chain(of_hosts)
     }
 
-    /// Returns the patterns of all files with times: of tables, and of what recordings showed.
-    pub fn all_times(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
-        self.all_tables().chain(self.all_observed())
+    /// Returns the patterns of all files that are read beside the models: of tables, of what recordings showed, and of threads.
+    pub fn all_patterns(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
+        self.all_tables().chain(self.all_observed()).chain(&self.threads)
     }
 
     /// Returns the patterns of all files with what recordings showed.

@@ -19,8 +19,8 @@ use mauve_hir::{Chain, Decl, Hosts, Located, ModelDb, Project, accepted, config_
 use mauve_timing::{CpuLoad, LockUser, Priority, Status, Time};
 use mauve_wcrt::chains::{ChainEnd, ChainReport, chains_of};
 use mauve_wcrt::{
-    ActivityReport, Footing, Origin, PREFIX_OF_TOPICS, Query, executed_times, execution_times, origin_of,
-    response_times,
+    ActivityReport, Footing, Origin, PREFIX_OF_TOPICS, Query, executed_times, execution_times, is_throttled,
+    origin_of, response_times,
 };
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -701,7 +701,7 @@ fn assumptions_of<'db>(
 ) -> Vec<(String, String)> {
     let report = response_times(db, project, deployment, query);
     let config = config_of(db, project.workspace(db));
-    let throttling = match config.rt_throttling {
+    let throttling = match is_throttled(db, project.workspace(db)) {
         Some(true) => "on",
         Some(false) => "off",
         None => "assumed to be off",

@@ -6,7 +6,7 @@ use mauve_hir::{
     includes, is_model, normalised, resolve_type, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
-use mauve_wcrt::{observed_files, table_files, table_pattern};
+use mauve_wcrt::{input_files, place_of_thread, system_of, table_pattern};
 
 use crate::occurrences::{range_of, unquoted};
 
@@ -44,7 +44,10 @@ pub fn document_links(
     let mut links = Vec::new();
     if is_model(file.path(db)) {
         included(db, workspace, file, &mut links);
-        project.into_iter().for_each(|project| imported(db, project, file, &mut links));
+        if let Some(project) = project {
+            imported(db, project, file, &mut links);
+            declared(db, project, file, &mut links);
+        }
     } else if config_file(db, workspace) == Some(file) {
         configured(db, workspace, file, &mut links);
     }
@@ -77,17 +80,29 @@ fn imported(db: &dyn ModelDb, project: Project<'_>, file: File, links: &mut Vec<
     }
 }
 
+/// The threads of activities in files of `[platform] threads`.
+fn declared(db: &dyn ModelDb, project: Project<'_>, file: File, links: &mut Vec<DocumentLink>) {
+    for &deployment in declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
+        for activity in &system_of(db, project, deployment).activities {
+            let Some((id, field)) = &activity.declared_thread else { continue };
+            let Some(at) = place_of_thread(db, project.workspace(db), id) else { continue };
+            let range = unquoted(file.text(db), Location::Source(deployment, *field).range(db));
+            let (target, at) = (at.file(db), Some(at.range(db).start()));
+            links.push(DocumentLink { range, target, at, tooltip: format!("thread {id}") });
+        }
+    }
+}
+
 fn configured(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Vec<DocumentLink>) {
     let config = config_of(db, workspace);
     for (path, span) in &config.roots {
         let root = workspace.file(db, &normalised(&workspace.folder(db).join(path)));
         links.extend(root.and_then(|root| link(db, workspace, file, range_of(span), root)));
     }
-    for (pattern, span) in config.all_times() {
+    for (pattern, span) in config.all_patterns() {
         let Ok(glob) = table_pattern(workspace.folder(db), pattern) else { continue };
-        let all = table_files(db, workspace).files.iter().chain(&observed_files(db, workspace).files);
-        let mut named = all.filter(|table| glob.is_match(table.path(db)));
-        if let (Some(&table), None) = (named.next(), named.next()) {
+        let mut named = input_files(db, workspace).0.filter(|it| glob.is_match(it.path(db)));
+        if let (Some(table), None) = (named.next(), named.next()) {
             links.extend(link(db, workspace, file, range_of(span), table));
         }
     }

@@ -15,8 +15,8 @@ use mauve_timing::{
     Counted, CpuRule, CpuSet, Method, Status, Task, Time, Window, name_of_other, worst_trace,
 };
 use mauve_wcrt::{
-    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, TableSet, psm_at, psm_in_thread,
-    worst_path,
+    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, TableSet, is_throttled, psm_at,
+    psm_in_thread, worst_path,
 };
 use rustc_hash::FxHashSet;
 
@@ -42,8 +42,8 @@ pub fn explain_response<'db>(
     let path = |program: usize| {
         component.map_or_else(Vec::new, |of| worst_path(db, tables, of, query.level, program))
     };
-    let config = config_of(db, tables.project(db).workspace(db));
-    let throttling = config.rt_throttling;
+    let workspace = tables.project(db).workspace(db);
+    let (config, throttling) = (config_of(db, workspace), is_throttled(db, workspace));
     let origin =
         ExplanationOrigin { throttling, clocks: &|number| config.clock_name(number), psm, worst_path: &path };
     Some(Explanation::new(db, report, activity, query, &origin)?.document(most))

@@ -33,6 +33,7 @@ use crate::exceedance::measurements;
 use crate::explanation::explain_response;
 use crate::markdown;
 use crate::occurrences::{Definition, is_of_value, names_at};
+use crate::threads::threads_with_activities;
 use summary::by_tables;
 
 const MOST_LINES: usize = 60;
@@ -49,7 +50,10 @@ pub fn hover(
     let cx = &HoverContext { db, project, file, offset, format };
     let explained = of_activity(cx);
     let deployment = explained.as_ref().map(|(_, deployment, _)| *deployment);
-    let explained = explained.map(|(range, _, text)| (range, text)).or_else(|| connection::of_connection(cx));
+    let explained = explained
+        .map(|(range, _, text)| (range, text))
+        .or_else(|| connection::of_connection(cx))
+        .or_else(|| of_thread(cx));
     let of_name = of_name(cx, deployment)
         .or_else(|| of_message(cx))
         .or_else(|| of_word(cx))
@@ -76,7 +80,7 @@ const MOST_ROWS: usize = 16;
 
 /// Returns the explanation of the activity whose name or keyword is at `offset`, with its deployment.
 fn of_activity<'db>(cx: &HoverContext<'_, 'db>) -> Option<(TextRange, Decl<'db>, String)> {
-    let HoverContext { db, project, file, offset, format } = *cx;
+    let HoverContext { db, project, file, offset, .. } = *cx;
     let token = cx.word()?;
     let activity = token.parent_ancestors().find_map(ast::Activity::cast)?;
     let name = activity.name_ref()?.syntax().text_range();
@@ -84,16 +88,36 @@ fn of_activity<'db>(cx: &HoverContext<'_, 'db>) -> Option<(TextRange, Decl<'db>,
     let is_head = name.contains_inclusive(offset) || token.text_range().start() == whole.start();
     let deployment =
         mauve_hir::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
-    let query = Query::shown(db, project, deployment);
-    let report = response_times(db, project, deployment, query);
-    let system = system_of(db, project, deployment);
+    let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
     // On its name, all instances that it executes; on that of an instance in its list, this one.
     let is_here = |it: &ActivityReport<'_>| {
         let at = it.at.as_ref().and_then(|at| at.range_in(db, file)).filter(|at| whole.contains_range(*at));
         at.is_some_and(|at| is_head || at == token.text_range())
     };
     let activities = report.activities.iter().enumerate().filter(|(_, it)| is_here(it));
-    let explanations = activities.filter_map(|(activity, _)| {
+    let activities: Vec<usize> = activities.map(|(index, _)| index).collect();
+    let markdown = explained(cx, deployment, &activities)?;
+    // On the keyword, an editor marks the keyword.
+    let range = if name.contains_inclusive(offset) { name } else { token.text_range() };
+    Some((range, deployment, markdown))
+}
+
+/// Returns the explanation of the activities of a thread in a file of threads.
+fn of_thread(cx: &HoverContext<'_, '_>) -> Option<(TextRange, String)> {
+    let all = threads_with_activities(cx.db, cx.project, cx.file);
+    let here: Vec<_> = all.into_iter().filter(|it| it.range.contains_inclusive(cx.offset)).collect();
+    let texts = here.iter().filter_map(|it| explained(cx, it.deployment, &it.activities));
+    let text: String = texts.collect();
+    Some((here.first()?.id, text)).filter(|(_, text)| !text.is_empty())
+}
+
+/// Returns the explanation of these activities of a deployment; none where there is nothing to say.
+fn explained<'db>(cx: &HoverContext<'_, 'db>, deployment: Decl<'db>, activities: &[usize]) -> Option<String> {
+    let HoverContext { db, project, format, .. } = *cx;
+    let query = Query::shown(db, project, deployment);
+    let report = response_times(db, project, deployment, query);
+    let system = system_of(db, project, deployment);
+    let explanations = activities.iter().filter_map(|&activity| {
         let tables = system.activities.get(activity)?.tables;
         let doc = explain_response(db, tables, report, activity, query, MOST_ROWS)?;
         let explanation = match format {
@@ -112,9 +136,7 @@ fn of_activity<'db>(cx: &HoverContext<'_, 'db>) -> Option<(TextRange, Decl<'db>,
     if let Some(support) = support(db, project, deployment, query.level).filter(|_| !markdown.is_empty()) {
         let _ = writeln!(markdown, "{}\n", supported(support));
     }
-    // On the keyword, an editor marks the keyword.
-    let range = if name.contains_inclusive(offset) { name } else { token.text_range() };
-    (!markdown.is_empty()).then_some((range, deployment, markdown))
+    Some(markdown).filter(|it| !it.is_empty())
 }
 
 fn of_name<'db>(cx: &HoverContext<'_, 'db>, explained: Option<Decl<'db>>) -> Option<Hover> {

@@ -110,6 +110,7 @@ mod signature_help;
 mod state_machine;
 mod svg;
 mod text_canvas;
+mod threads;
 mod toml_place;
 mod type_definition;
 mod type_hierarchy;

@@ -9,7 +9,7 @@ use mauve_hir::{
     projects, resolve_type,
 };
 use mauve_syntax::TextSize;
-use mauve_wcrt::{Query, observed_files, table_files};
+use mauve_wcrt::{Query, input_files};
 
 use crate::occurrences::names_at;
 
@@ -20,9 +20,8 @@ pub type DeploymentAt<'db> = (Project<'db>, Decl<'db>, Query);
 pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Project<'db>> {
     let mut found = Vec::new();
     for &workspace in workspaces {
-        let is_shared = config_file(db, workspace) == Some(file)
-            || table_files(db, workspace).files.contains(&file)
-            || observed_files(db, workspace).files.contains(&file);
+        let is_shared =
+            config_file(db, workspace) == Some(file) || input_files(db, workspace).0.any(|it| it == file);
         let all = projects(db, workspace).iter().copied();
         found.extend(all.filter(|&project| is_shared || project_files(db, project).contains(&file)));
     }

@@ -2,7 +2,7 @@
 
 use mauve_hir::{File, ModelDb, Project, Workspace, config_file, is_model, project_files, projects};
 use mauve_syntax::{TextRange, TextSize};
-use mauve_wcrt::{observed_files, table_files};
+use mauve_wcrt::input_files;
 use rustc_hash::FxHashSet;
 
 use crate::occurrences::{Definition, FoundName, OccurrenceRole, grouped, names_at, names_of_definition};
@@ -142,8 +142,7 @@ pub(crate) fn occurrences<'db>(
 pub(crate) fn files_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<File> {
     let workspace = project.workspace(db);
     let mut files = project_files(db, project).clone();
-    files.extend(table_files(db, workspace).files.iter().copied());
-    files.extend(observed_files(db, workspace).files.iter().copied());
+    files.extend(input_files(db, workspace).0);
     files.extend(config_file(db, workspace));
     files
 }

@@ -10,21 +10,26 @@ use std::path::Path;
 
 use mauve_diagnostics::{declaration_diagnostics, time_error_message};
 use mauve_hir::item_tree::{Field, Kind, Name};
+use mauve_hir::ros2_files::{EditRefusal, ThreadChange, ThreadPlace, ThreadPolicy, YamlEdit, change_thread};
 use mauve_hir::{
-    ACTIVITY_FIELDS, Database, Decl, FieldKind, File, Location, ModelDb, Project, config_file, deployment,
-    field_entry, names_of, parse, projects, same_fields, similar, similar_field,
+    ACTIVITY_FIELDS, Database, Decl, FieldKind, File, Location, ModelDb, PLACES, Project, config_file,
+    deployment, field_entry, names_of, parse, projects, same_fields, similar, similar_field,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 use mauve_timing::{CpuSet, Rounding, Time, with_time};
-use mauve_wcrt::{TableSet, Timed, WhatIfField, executed_times, files_of, in_threads};
+use mauve_wcrt::{
+    DeclaredThread, TableSet, Timed, WhatIfField, declared_threads, executed_times, file_name, files_of,
+    in_threads, system_of,
+};
 use rustc_hash::FxHashSet;
 
 use crate::cancellation::until_cancelled;
 use crate::change::Change;
 use crate::comparison::{Comparison, Figures};
+use crate::occurrences::range_of;
 use crate::project::DeploymentAt;
 
 /// Another value of a field of an activity, or of an execution time.
@@ -107,7 +112,7 @@ pub fn what_if_change<'db>(
             return Err(format!("`{value}`: there is another value for the same"));
         }
     }
-    let mut change = edit_of_fields(db, of, &fields);
+    let mut change = edit_of_fields(db, project, of, &fields)?;
     for (file, text) in texts.into_values() {
         change.replace(file, difference(file.text(db), &text));
     }
@@ -274,10 +279,27 @@ fn difference(old: &str, new: &str) -> Replacement {
 }
 
 /// Returns the edit that writes these values of activities: each in the place of the present one. A missing field stands where it
-/// usually does among the others: `affinity`, `priority`, `period`.
-pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) -> Change {
+/// usually does among the others: `affinity`, `priority`, `period`. Priorities and CPUs of threads of `[platform] threads` stand in their
+/// files.
+///
+/// # Errors
+///
+/// Why a file of threads cannot have a value.
+pub fn edit_of_fields<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    fields: &[WhatIfField],
+) -> Result<Change, String> {
     let mut change = Change::default();
-    let Some(data) = deployment(db, of) else { return change };
+    let Some(data) = deployment(db, of) else { return Ok(change) };
+    let declared = declared_threads(db, project.workspace(db));
+    let thread_of = |instance: &Name| {
+        let activities = &system_of(db, project, of).activities;
+        let activity = activities.iter().find(|it| it.instance == *instance)?;
+        declared.find(&activity.declared_thread.as_ref()?.0)
+    };
+    let mut of_threads: BTreeMap<(&Path, ThreadPlace), (&DeclaredThread, ThreadChange)> = BTreeMap::new();
     let place = |id| Location::Source(of, id);
     let has = |all: &[Field], field: ActivityField| all.iter().any(|it| it.name.name == field.keyword());
     let any_has = |field| data.activities.iter().any(|it| has(&it.fields, field));
@@ -286,6 +308,18 @@ pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) ->
         let Some(activity) = data.activities.iter().find(|it| it.executes(instance)) else {
             continue;
         };
+        let is_of_thread = *field == ActivityField::Priority || PLACES.contains(field);
+        if let Some(thread) = thread_of(instance).filter(|_| is_of_thread) {
+            let key = (thread.file.path(db).as_path(), thread.place);
+            let (_, new) = of_threads.entry(key).or_insert_with(|| (thread, ThreadChange::default()));
+            if *field == ActivityField::Priority {
+                new.level = value.parse().ok();
+                new.policy = thread.priority.real_time().is_none().then_some(ThreadPolicy::Fifo);
+            } else {
+                new.affinity = value.parse().ok().map(CpuSet);
+            }
+            continue;
+        }
         // CPUs have the form of the activity, otherwise that of the others.
         let lists_cpus = has(&activity.fields, ActivityField::Cpus)
             || lists_cpus && !has(&activity.fields, ActivityField::Affinity);
@@ -324,7 +358,27 @@ pub fn edit_of_fields(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) ->
         };
         change.replace(file, Replacement { range, text });
     }
-    change
+    for (thread, new) in of_threads.into_values() {
+        let edits = change_thread(thread.file.text(db), thread.place, &new).map_err(|why| {
+            format!("`{}` in {} cannot be changed: {}", thread.id, file_name(db, thread.file), refusal(&why))
+        })?;
+        for YamlEdit { range, text } in edits {
+            change.replace(thread.file, Replacement { range: range_of(&range), text });
+        }
+    }
+    Ok(change)
+}
+
+/// Says why a file of threads is not changed.
+fn refusal(why: &EditRefusal) -> &'static str {
+    match why {
+        EditRefusal::NoSuchEntry => "it is an alias",
+        EditRefusal::Incomplete => "the file has errors",
+        EditRefusal::Shared(_) => "an alias refers to the value, and another thread would change",
+        EditRefusal::Layout(_) => "the value is written in an unusual form",
+        EditRefusal::LevelNeeded | EditRefusal::InvalidValue => "it cannot have the value",
+        EditRefusal::NotConfirmed => "another value would change",
+    }
 }
 
 /// Returns the separator of two fields: a new line if the field at `offset` begins its line, otherwise a space.
@@ -369,7 +423,7 @@ mod tests {
             field("c", ActivityField::Priority, "1"),
             field("none", ActivityField::Priority, "2"),
         ];
-        let edited = edit_of_fields(&db, of, &fields).applied(&db, file);
+        let edited = edit_of_fields(&db, project, of, &fields).unwrap().applied(&db, file);
         expect_test::expect![[r#"
             deployment D {
               activity a { affinity = 2 priority = 3 period = 10 deadline = 9 } // the laser
@@ -387,13 +441,14 @@ mod tests {
     fn cpus_are_written_as_the_file_writes_them() {
         let edited = |text: &str| {
             let Fixture { db, workspace, file, .. } = Fixture::new(text);
-            let of = names_of(&db, projects(&db, workspace)[0]).anywhere(Kind::Deployment, "D")[0];
+            let project = projects(&db, workspace)[0];
+            let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
             let field = |instance: &str, value: &str| WhatIfField {
                 instance: instance.into(),
                 field: ActivityField::Affinity,
                 value: value.into(),
             };
-            edit_of_fields(&db, of, &[field("a", "2"), field("b", "5")]).applied(&db, file)
+            edit_of_fields(&db, project, of, &[field("a", "2"), field("b", "5")]).unwrap().applied(&db, file)
         };
         for (a, b, new_a, new_b) in [
             ("cpus = [1]", "", "cpus = [2]", "cpus = [1, 3] "),

@@ -302,7 +302,7 @@ fn what_brute_force_finds_is_found() {
 /// The figures of the edited text are those that the search promises.
 fn promised(it: &Analysed<'_>, fields: &[WhatIfField], text: &str) {
     let promised = response_times_if(it.db, it.project, it.of, it.query, fields);
-    let change = edit_of_fields(it.db, it.of, fields);
+    let change = edit_of_fields(it.db, it.project, it.of, fields).unwrap();
     let applied = compared(it.db, (it.project, it.of, it.query), &change).expect(text);
     let after = applied.after.expect("the deployment is still there");
     assert_eq!(after.activities.len(), promised.activities.len());

@@ -18,8 +18,9 @@ use crate::served::{Served, served_in};
 use crate::system::{Connected, ResolvedActivity, System, others_of, system_of};
 use crate::table_set::{TableSet, tables_of};
 use crate::task_set::{DeployedTasks, psms_of, triggers_of};
+use crate::threads::is_throttled;
 use crate::timetable::{levels_of, timetable_of};
-use mauve_hir::{Decl, Edges, ModelDb, Project, config_of, platform_of};
+use mauve_hir::{Decl, Edges, ModelDb, Project, config_of};
 
 /// Returns the task set of a deployment, at all levels of its tables; `prose` renders reasons.
 pub fn task_set_of<'db>(
@@ -63,11 +64,10 @@ pub fn task_set_of<'db>(
         scheduled(it, TaskEntry { time, ..TaskEntry::default() })
     };
     let workspace = project.workspace(db);
-    let platform = platform_of(db, workspace);
     TaskSet {
         name: Some(deployment.name(db).to_string()),
         significance: Some(config_of(db, workspace).level()),
-        rt_throttling: platform.rt_throttling,
+        rt_throttling: is_throttled(db, workspace),
         not_analysed: system.not_analysed.iter().map(|it| message(&it.reason)).collect(),
         task: system.activities.iter().enumerate().map(task).collect(),
         other: others_of(db, project.workspace(db), system.cpus).iter().map(other).collect(),

@@ -9,6 +9,7 @@ use crate::reason::{ActivityField, NoSuchCpu, Refusal, Share, TableFault, TableL
 use crate::table_set::TableSet;
 use mauve_hir::fact::FactKind;
 use mauve_hir::item_tree::{Kind, Name, SourceId};
+use mauve_hir::ros2_files::FileProblemKind;
 use mauve_hir::{Decl, File, InvalidValue, Location};
 
 /// A fact, with its location.
@@ -64,6 +65,8 @@ pub enum TimingFactKind<'db> {
     },
     /// An activity has a field without the other one that it belongs to. With the location of its name.
     FieldWithoutOther { of: Decl<'db>, id: SourceId, field: ActivityField },
+    /// The readers of a file of threads ignore what is there, or disagree on it.
+    ThreadFile(FileProblemKind),
     /// The first activity in the thread of an activity has another value of a field.
     OtherInThread { thread: Name, field: ActivityField, first: Location<'db> },
     /// A field has an invalid value.

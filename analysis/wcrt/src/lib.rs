@@ -77,6 +77,7 @@ mod serving;
 mod system;
 mod table_set;
 mod task_set;
+mod threads;
 mod timetable;
 mod timing_facts;
 mod triggers;
@@ -105,8 +106,8 @@ pub use probability::{LaterThan, MissProbability, dependent_facts, distribution_
 pub use psm::{Psm, psm_in_thread, psm_of, worst_path};
 pub use reason::{
     ActivityField, CallsReason, IncompleteTable, LockReason, NoSuchCpu, PREFIX_OF_TOPICS, PatternError,
-    Prose, Reason, Refusal, Share, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong,
-    UnknownPriority, UnusableTime, WrongProgram,
+    Prose, Reason, Refusal, Share, StrayEntry, TableFault, TableFilesError, TableLevels, ThreadReason, Timed,
+    TooLong, UnknownPriority, UnusableTime, WrongProgram,
 };
 pub use report::{
     ActivityReport, CallsReport, CpuBudget, CpuPart, Deadlines, Footing, Query, Report, ReportBreakdown,
@@ -120,6 +121,10 @@ pub use sensitivity::{
 pub use system::{ResolvedActivity, System, Trigger, system_of};
 pub use table_set::{TableSet, all_tables_of, table_sets, tables_of, tables_of_host};
 pub use task_set::DeployedTasks;
+pub use threads::{
+    DeclaredThread, DeclaredThreads, declared_threads, input_files, is_throttled, place_of_thread,
+    thread_facts, thread_files, threads_in,
+};
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of, levels_of_tables,
     observed_files, observed_in, observed_responses, pattern_of_path, table, table_facts, table_files,

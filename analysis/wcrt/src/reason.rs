@@ -7,6 +7,7 @@ use mauve_timing::{CpuSet, Level, MachineError, NoBoundReason, ObservedErrorKind
 
 use mauve_hir::fact;
 use mauve_hir::item_tree::Name;
+use mauve_hir::ros2_files::FileProblemKind;
 use mauve_hir::{Decl, File, Location, MistakeKind, ModelDb, ProgramId, Project};
 
 /// The maximal number of errors that are named as reasons; the diagnostics have all errors.
@@ -102,6 +103,8 @@ pub enum Reason<'db> {
     NoTopicTime(String),
     /// Threads of the middleware of the gateway to ROS 2, whose time is unknown, have a higher priority on one of its CPUs.
     Middleware(u32),
+    /// The thread of an activity in a file of `[platform] threads`, or one that may delay it.
+    Thread(ThreadReason),
     /// The number of the CPUs of a host is unknown, or there are too many.
     CpusOfHost(Name),
     /// No host has its instance.
@@ -137,7 +140,7 @@ impl Reason<'_> {
             Reason::Lock(why) => {
                 matches!(why, LockReason::UnknownCodel { .. } | LockReason::Undeclared { .. })
             }
-            Reason::NoTopicTime(_) | Reason::Middleware(_) => false,
+            Reason::NoTopicTime(_) | Reason::Middleware(_) | Reason::Thread(_) => false,
             Reason::CpusOfHost(_) | Reason::SeveralHosts => false,
             Reason::ComponentTime(_) | Reason::NoMachine(_) | Reason::Calls(_) | Reason::TooLong(_) => false,
             _ => true,
@@ -318,6 +321,19 @@ pub struct IncompleteTable {
     pub error: TableFault,
 }
 
+/// Why the files of `[platform] threads` do not say with which priority an activity is executed, or what delays it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ThreadReason {
+    /// This thread may delay it, and no activity says what it executes. With its policy where it has no priority.
+    NoActivity { id: Name, file: File },
+    /// Its policy is `SCHED_DEADLINE`.
+    Deadline,
+    /// Its policy is `SCHED_RR`, and another thread has this priority.
+    SharedRoundRobin(u32),
+    /// Two threads have its id.
+    Repeated,
+}
+
 /// An error that leaves every time unknown. It has no location: a comment in a table changes no time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TableFault {
@@ -333,6 +349,10 @@ pub enum TableFault {
     Unreadable(String),
     /// The table has this error.
     Invalid(TableErrorKind),
+    /// The file of threads has this error.
+    Threads(FileProblemKind),
+    /// The file of threads counts on a throttling of real-time threads that is not analysed.
+    Throttling,
     /// This table already has the overhead.
     SecondOverhead(File),
     /// This key is not that of a program.

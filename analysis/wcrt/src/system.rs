@@ -9,16 +9,18 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{TimingFact, TimingFactKind};
 use crate::gateway::Gateway;
-use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
+use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, ThreadReason, UnknownPriority};
 use crate::serving::{Serving, errors_and_items, serving_of};
 use crate::table_set::{TableSet, all_tables_of, tables_of_host};
+use crate::threads::{DeclaredThread, declared_threads};
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
+use mauve_hir::ros2_files::ThreadPlace;
 use mauve_hir::{
-    ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldValue, Flat,
-    FlatInstance, GatewayConfig, Hosts, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES, Project,
-    Topic, Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment,
+    ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldKind, FieldValue,
+    File, Flat, FlatInstance, GatewayConfig, Hosts, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES,
+    Project, Topic, Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment,
     field_entry, flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type,
     ros2_of, same_fields, similar, similar_field, too_large,
 };
@@ -97,6 +99,8 @@ pub struct ResolvedActivity<'db> {
     pub activity: Name,
     /// The name of the thread that executes its jobs and those of others.
     pub thread_name: Option<Name>,
+    /// The id of its thread in the files of `[platform] threads`, which have its priority and its CPUs; with the field that names it.
+    pub declared_thread: Option<(Name, SourceId)>,
     /// Whether its jobs begin with the wake-up of their thread, and so have its overhead: unless an earlier instance of the thread has. A
     /// thread wakes up once for a job of each, and the first one delays all others. (A call of an operation, a wait and a lock may wake it once
     /// more: each has an overhead of its own.)
@@ -134,7 +138,9 @@ impl<'db> ResolvedActivity<'db> {
     /// Enters the value of a field, unless it names something that is to be resolved.
     fn set(&mut self, field: ActivityField, value: &FieldValue) {
         match *value {
-            FieldValue::Thread(ref thread) => self.thread_name = Some(thread.clone()),
+            FieldValue::Thread(ref thread) | FieldValue::DeclaredThread(ref thread) => {
+                self.thread_name = Some(thread.clone());
+            }
             FieldValue::Order(order) => self.task.order = order,
             FieldValue::Truth(is_preemptive) => self.task.is_not_preempted = !is_preemptive,
             FieldValue::Cpus(cpus) => self.task.cpus = Some(cpus),
@@ -214,8 +220,13 @@ pub(crate) fn read<'db>(
     let hosts = hosts_of(db, project.workspace(db));
     let mut reader = SystemReader { db, project, of, hosts, found: System::default() };
     reader.deployment(data);
-    for tables in all_tables_of(db, project, of) {
-        let Some(tables) = incomplete_tables(db, tables) else { continue };
+    let thread = |it: &Activity| FieldKind::Thread.read(it.field(ActivityField::Thread)?).ok();
+    let is_declared = |it: &Arc<Activity>| matches!(thread(it), Some(FieldValue::DeclaredThread(_)));
+    let threads = declared_threads(db, project.workspace(db)).fault.as_ref();
+    let threads = threads.filter(|_| data.activities.iter().any(is_declared));
+    let tables =
+        all_tables_of(db, project, of).into_iter().filter_map(|it| incomplete_tables(db, it).as_ref());
+    for tables in tables.chain(threads) {
         let at = Location::Range(tables.file, 0, 0);
         reader.not_analysed(Reason::IncompleteTables(tables.clone()), at);
     }
@@ -285,7 +296,7 @@ impl<'db> SystemReader<'db> {
         }
         self.cpus(&entries);
         self.threads(data);
-        self.below_middleware();
+        self.below_undeclared();
     }
 
     fn at(&self, id: SourceId) -> Location<'db> {
@@ -459,6 +470,7 @@ impl<'db> SystemReader<'db> {
             trigger: None,
             activity: name.clone(),
             thread_name: None,
+            declared_thread: None,
             wakes: true,
             refusals: Vec::new(),
             unknown_priority: None,
@@ -504,8 +516,9 @@ impl<'db> SystemReader<'db> {
             self.field((&mut found, instance), &mut fields, activity, field);
         }
         self.conflicts(&mut found, &fields);
+        let is_supplied = self.declared_thread(&mut found, activity, &fields);
         let has_wrong_field = found.refusals.len() > of_instance;
-        if found.priority == Priority::Background && !has_wrong_field {
+        if found.priority == Priority::Background && !has_wrong_field && !is_supplied {
             for &FieldEntry { field, .. } in ACTIVITY_FIELDS.iter().filter(|it| it.only_real_time) {
                 let Some(written) = fields.written.get(&field) else { continue };
                 let (of, id, instance) = (self.of, written.name.id, found.activity.clone());
@@ -516,7 +529,8 @@ impl<'db> SystemReader<'db> {
         if activity.completeness.is_incomplete() && found.refusals.is_empty() {
             found.refuse(Reason::DamagedActivity, at.clone());
         }
-        let is_missing = |field| !fields.written.contains_key(&field);
+        let of_thread = |field| is_supplied && (field == ActivityField::Priority || PLACES.contains(&field));
+        let is_missing = |field| !fields.written.contains_key(&field) && !of_thread(field);
         // Where the period is missing, the priority may have its value; where an affinity names no CPU, the affinity may be
         // the priority. A field that is unknown may be any of the missing fields.
         let has_no_period = PERIODS.into_iter().all(is_missing);
@@ -624,6 +638,51 @@ impl<'db> SystemReader<'db> {
                 self.report(self.at(id), TimingFactKind::FieldWithoutOther { of, id, field });
             }
         }
+    }
+
+    /// Enters the priority and the CPUs of a thread of `[platform] threads`. Returns whether the activity names one: then it has no fields
+    /// for them, but those of a what-if question, which are at its name.
+    fn declared_thread(
+        &mut self,
+        found: &mut ResolvedActivity<'db>,
+        activity: &Activity,
+        fields: &WrittenFields<'_>,
+    ) -> bool {
+        let Some(written) = fields.written.get(&ActivityField::Thread) else { return false };
+        let Ok(FieldValue::DeclaredThread(id)) = FieldKind::Thread.read(written) else { return false };
+        let all = declared_threads(self.db, self.project.workspace(self.db));
+        let Some(thread) = all.find(&id) else {
+            (found.task.priority, found.task.cpus) = (Priority::Unknown, None);
+            let at = self.at(written.value_id);
+            found.refuse(Reason::UnusableField(ActivityField::Thread), at.clone());
+            if all.fault.is_none() {
+                let near = similar(&id, all.all.iter().map(|it| &it.id));
+                let unknown = InvalidValue::UnknownThread(id, near);
+                self.report(at, TimingFactKind::InvalidField(ActivityField::Thread, unknown));
+            }
+            return true;
+        };
+        found.declared_thread = Some((id, written.value_id));
+        for field in [ActivityField::Priority].into_iter().chain(PLACES) {
+            let own = fields.written.get(&field).filter(|it| it.name.id != activity.name.id);
+            if let Some(own) = own {
+                found.refuse(Reason::UnusableField(field), self.at(own.value_id));
+                self.report(
+                    self.at(own.value_id),
+                    TimingFactKind::InvalidField(field, InvalidValue::OfThread),
+                );
+            }
+        }
+        if !fields.written.contains_key(&ActivityField::Priority) {
+            found.task.priority = thread.priority;
+            if let Some(doubt) = &thread.doubt {
+                found.refuse(Reason::Thread(doubt.clone()), found.at.clone());
+            }
+        }
+        if PLACES.iter().all(|it| !fields.written.contains_key(it)) {
+            found.task.cpus = Some(thread.cpus);
+        }
+        true
     }
 
     /// Returns whether a port whose data releases an activity is an input. Another fact reports why the features of its shell are
@@ -921,32 +980,95 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    /// Refuses the activities that threads of the middleware delay, unless `[[platform.other]]` says by how much: their priority is
-    /// one less than that of the gateway, on its CPUs.
-    fn below_middleware(&mut self) {
+    /// Refuses the activities that threads without an activity delay, unless `[[platform.other]]` says by how much. Those of the middleware
+    /// have a priority one less than the gateway, on its CPUs. Those of `[platform] threads` count if an activity has one of these.
+    fn below_undeclared(&mut self) {
         let others = others_of(self.db, self.project.workspace(self.db), self.found.cpus);
-        let all = &mut self.found.activities;
-        let gateways = all.iter().filter(|it| it.gateway.is_some());
-        let threads = gateways.filter_map(|it| {
-            let (priority, cpus) =
-                (it.priority.real_time()?.saturating_sub(1), it.cpus.unwrap_or(CpuSet::ALL));
-            let name = self.hosts.on(it.host, "recv");
-            let is_declared = |it: &&Task| *it.name == *name && it.priority.real_time() >= Some(priority);
-            let declared: CpuSet = others.iter().filter(is_declared).filter_map(|it| it.cpus).collect();
-            (!(cpus - declared).is_empty()).then_some((priority, cpus))
-        });
-        let threads: Vec<(u32, CpuSet)> = threads.collect();
-        for activity in all.iter_mut().filter(|it| it.gateway.is_none()) {
-            let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
-            let is_delayed = |(priority, of_thread): &&(u32, CpuSet)| {
-                let is_below = activity.priority.real_time().is_none_or(|it| it <= *priority);
-                is_below && activity.priority != Priority::Background && cpus.meets(*of_thread)
-            };
-            if let Some((priority, _)) = threads.iter().find(is_delayed) {
-                let at = activity.at.clone();
-                activity.refuse(Reason::Middleware(*priority), at);
+        let hosts = self.hosts;
+        let is_declared = |name: &str, priority: Option<u32>, cpus: CpuSet| {
+            let is_it = |it: &&Task| *it.name == *name && it.priority.real_time() >= priority;
+            let declared: CpuSet = others.iter().filter(is_it).filter_map(|it| it.cpus).collect();
+            priority.is_some() && (cpus - declared).is_empty()
+        };
+        // Without a priority, above all.
+        let mut threads: Vec<(Option<u32>, CpuSet, Reason<'db>)> = Vec::new();
+        for gateway in self.found.activities.iter().filter(|it| it.gateway.is_some()) {
+            let Some(own) = gateway.priority.real_time() else { continue };
+            let (priority, cpus) = (own.saturating_sub(1), gateway.cpus.unwrap_or(CpuSet::ALL));
+            if !is_declared(&hosts.on(gateway.host, "recv"), Some(priority), cpus) {
+                threads.push((Some(priority), cpus, Reason::Middleware(priority)));
             }
         }
+        let declared = declared_threads(self.db, self.project.workspace(self.db));
+        let named: FxHashSet<(File, ThreadPlace)> = self
+            .found
+            .activities
+            .iter()
+            .filter_map(|it| self.thread_of(it))
+            .map(DeclaredThread::at)
+            .collect();
+        let is_unnamed =
+            |it: &&DeclaredThread| it.priority != Priority::Background && !named.contains(&it.at());
+        let on_hosts =
+            || (0..hosts.all.len().max(1)).map(|host| Some(host).filter(|_| !hosts.all.is_empty()));
+        for thread in declared.all.iter().filter(is_unnamed).filter(|_| !named.is_empty()) {
+            let priority = thread.priority.real_time();
+            for host in on_hosts() {
+                let cpus =
+                    if thread.cpus.is_empty() { self.found.cpus } else { hosts.numbered(host, thread.cpus) };
+                if !is_declared(&hosts.on(host, &thread.id), priority, cpus) {
+                    let reason = ThreadReason::NoActivity { id: thread.id.clone(), file: thread.file };
+                    threads.push((priority, cpus, Reason::Thread(reason)));
+                }
+            }
+        }
+        for activity in self.found.activities.iter_mut().filter(|it| it.gateway.is_none()) {
+            let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
+            let is_delayed = |(priority, of_thread, _): &&(Option<u32>, CpuSet, Reason<'db>)| {
+                let is_below =
+                    activity.priority.real_time().is_none_or(|it| priority.is_none_or(|of| it <= of));
+                is_below && activity.priority != Priority::Background && cpus.meets(*of_thread)
+            };
+            if let Some((.., reason)) = threads.iter().find(is_delayed) {
+                let at = activity.at.clone();
+                activity.refuse(reason.clone(), at);
+            }
+        }
+        for (index, priority) in self.taking_turns(&others) {
+            let activity = &mut self.found.activities[index];
+            let at = activity.at.clone();
+            activity.refuse(Reason::Thread(ThreadReason::SharedRoundRobin(priority)), at);
+        }
+    }
+
+    /// Returns the activities of `SCHED_RR` that take turns with another thread of their priority: the slices are not analysed.
+    fn taking_turns(&self, others: &[Task]) -> Vec<(usize, u32)> {
+        let all = &self.found.activities;
+        let mut found = Vec::new();
+        for (index, activity) in all.iter().enumerate() {
+            let thread = self.thread_of(activity).filter(|it| it.is_round_robin);
+            let (Some(thread), Some(priority)) = (thread, activity.priority.real_time()) else { continue };
+            let shares = |it: &Task| {
+                let meets = it.cpus.unwrap_or(CpuSet::ALL).meets(activity.cpus.unwrap_or(CpuSet::ALL));
+                it.priority == activity.priority && meets
+            };
+            let is_other = |it: &&ResolvedActivity<'db>| {
+                it.declared_thread.as_ref().map(|it| &it.0)
+                    != activity.declared_thread.as_ref().map(|it| &it.0)
+            };
+            if thread.is_wildcard()
+                || all.iter().filter(is_other).any(|it| shares(it))
+                || others.iter().any(shares)
+            {
+                found.push((index, priority));
+            }
+        }
+        found
+    }
+
+    fn thread_of(&self, activity: &ResolvedActivity<'db>) -> Option<&'db DeclaredThread> {
+        let (id, _) = activity.declared_thread.as_ref()?;
+        declared_threads(self.db, self.project.workspace(self.db)).find(id)
     }
 
     fn cpus(&mut self, entries: &[ActivityEntry<'_>]) {

@@ -14,9 +14,10 @@ use crate::sends::all_writes_of;
 use crate::served::{Served, served_in};
 use crate::system::{ResolvedActivity, System, Trigger, TriggerSource, others_of, system_of};
 use crate::table_set::{TableSet, tables_of};
+use crate::threads::is_throttled;
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, Hosts, ModelDb, PeriodEdge, Project, hosts_of, platform_of};
+use mauve_hir::{Decl, Hosts, ModelDb, PeriodEdge, Project, hosts_of};
 
 /// A deployment at one level.
 #[derive(Debug, Clone)]
@@ -202,7 +203,7 @@ impl<'a, 'db> Executables<'a, 'db> {
                 tasks.refuse(index);
             }
         }
-        let is_throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+        let is_throttled = is_throttled(db, project.workspace(db)) == Some(true);
         tasks.with_platform(others_of(db, project.workspace(db), system.cpus), is_throttled)
     }
 

@@ -114,7 +114,7 @@ fn files_of_section(
 }
 
 /// Finds the tables that patterns name.
-fn files_named<'a>(
+pub(crate) fn files_named<'a>(
     db: &dyn ModelDb,
     workspace: Workspace,
     patterns: impl Iterator<Item = &'a (String, Range<usize>)> + Clone,

@@ -11,6 +11,7 @@ use crate::reason::{Reason, Refusal, Share};
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
 use crate::system::{System, system_of};
+use crate::threads::place_of_thread;
 use mauve_hir::{Decl, Location, ModelDb, Project};
 
 /// Returns missed deadlines, overloaded CPUs, and activities that are not analysed for a reason that no other fact
@@ -57,7 +58,10 @@ pub fn timing_facts<'db>(
             },
             Status::Met => continue,
         };
-        found.push(TimingFact::new(activity.at.clone(), kind));
+        // In a file of threads, the priority stands there.
+        let of_thread = activity.declared_thread.as_ref();
+        let of_thread = of_thread.and_then(|(id, _)| place_of_thread(db, project.workspace(db), id));
+        found.push(TimingFact::new(of_thread.unwrap_or_else(|| activity.at.clone()), kind));
     }
     let ports = unmeasured_ports(db, project, deployment);
     // Without any time, there is nothing that an access could add to.

@@ -10,7 +10,7 @@ use mauve_timing::Time;
 
 use crate::reason::ActivityField;
 use crate::system::{ResolvedActivity, System, read};
-use mauve_hir::item_tree::{Activity, Deployment, Expr, Field, Literal, Name, NameRef};
+use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
 use mauve_hir::{Decl, ModelDb, PLACES, Project, deployment, same_fields};
 
 /// Another value of a field of an activity.
@@ -61,12 +61,10 @@ pub(crate) fn system_if<'db>(
 pub fn in_threads(data: &Deployment, what_if: &[WhatIfField]) -> Vec<WhatIfField> {
     let mut all = Vec::new();
     for it in what_if {
-        let thread =
-            |of: &Activity| of.field(ActivityField::Thread)?.value.as_name().map(|it| it.name.clone());
-        let own = data.activities.iter().find(|of| of.executes(&it.instance)).and_then(|of| thread(of));
+        let own = data.activities.iter().find(|of| of.executes(&it.instance)).and_then(|of| of.thread());
         let is_of_thread = it.field == ActivityField::Priority || PLACES.contains(&it.field);
         let own = own.filter(|_| is_of_thread);
-        let mates = data.activities.iter().filter(|of| own.is_some() && thread(of) == own);
+        let mates = data.activities.iter().filter(|of| own.is_some() && of.thread() == own);
         let mates = mates.flat_map(|of| &of.instances).filter(|of| of.name != it.instance);
         all.extend(mates.map(|of| WhatIfField { instance: of.name.clone(), ..it.clone() }));
         all.push(it.clone());

@@ -18,7 +18,7 @@ use mauve_timing::Level;
 use mauve_wcrt::tune::{
     Conflict, ConflictKind, Remedy, SearchKind, TuneAim, TuneRequest, Tuned, Untunable, tune,
 };
-use mauve_wcrt::{Query, system_of};
+use mauve_wcrt::{Query, system_of, thread_files};
 use serde::Serialize;
 
 use crate::comparison::{comparison_document, comparison_table, name_project};
@@ -97,7 +97,15 @@ impl Tune {
         let mut db = Database::default();
         let (db, declared, _) = self.models.deployments(&mut db, "tune")?;
         self.check_pins(db, &declared)?;
-        let (writable, _) = models_in(&self.models.paths.paths)?;
+        let (mut writable, _) = models_in(&self.models.paths.paths)?;
+        // Priorities may stand in the files of threads of the named folders.
+        let named: Vec<PathBuf> =
+            self.models.paths.paths.iter().filter_map(|it| it.canonicalize().ok()).collect();
+        for (project, _) in &declared {
+            let threads = &thread_files(db, project.workspace(db)).files;
+            let paths = threads.iter().map(|file| file.path(db));
+            writable.extend(paths.filter(|path| named.iter().any(|it| path.starts_with(it))).cloned());
+        }
         let mut all = Vec::new();
         let mut is_complete = true;
         for &(project, deployment) in &declared {
@@ -186,7 +194,7 @@ impl Tune {
             Ok(tuned) => tuned,
             Err(why) => return Ok(Err(why)),
         };
-        let change = edit_of_fields(db, deployment, &tuned.fields).with_line_ends(db);
+        let change = edit_of_fields(db, project, deployment, &tuned.fields)?.with_line_ends(db);
         let edited = edited(db, &change, writable)?;
         let here = std::env::current_dir().unwrap_or_default();
         let root = |project: Project<'db>| shown(project.root(db).path(db), &here);

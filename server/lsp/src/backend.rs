@@ -64,7 +64,7 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
 }
 
 /// The files that the client watches, beside the server. A table may have any name: the server watches those.
-const WATCHED: &str = "**/*.{mal,toml,samples,msg}";
+const WATCHED: &str = "**/*.{mal,toml,samples,msg,yaml,yml}";
 
 const NOT_CONFIGURED: &str =
     "The editor has not answered mauve's request for its settings. The previous settings stay in effect.";

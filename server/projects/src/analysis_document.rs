@@ -10,13 +10,13 @@ use mauve_diagnostics::{
 };
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Acceptance, Database, Decl, Hosts, ModelDb, Project, Workspace, accepted, config_of, names_of, projects,
+    Acceptance, Database, Decl, Hosts, ModelDb, Project, Workspace, accepted, names_of, projects,
 };
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, CpuRule, Level, Task, Time, Unit};
 use mauve_wcrt::{
     ActivityReport, Basis, InterferenceReport, LaterThan, Limit, MissProbability, Query, Report, Sensitivity,
-    Support, basis_of, distribution_of, levels_of, probabilities_of, response_times, support,
+    Support, basis_of, distribution_of, is_throttled, levels_of, probabilities_of, response_times, support,
 };
 use salsa::Database as _;
 use serde::Serialize;
@@ -144,7 +144,7 @@ impl<'db> Deployed<'db> {
     /// Returns whether Linux throttles real-time tasks; `None` if the configuration does not say.
     pub fn rt_throttling(&self) -> Option<bool> {
         match self.origin {
-            Analysed::Model(project, _) => config_of(self.db, project.workspace(self.db)).rt_throttling,
+            Analysed::Model(project, _) => is_throttled(self.db, project.workspace(self.db)),
             Analysed::File { set, .. } => set.rt_throttling,
         }
     }

@@ -604,7 +604,7 @@ impl Loader {
         let config = config_of(db, workspace).clone();
         // All walks that are required are collected.
         let tables: Vec<Option<Walked>> =
-            config.all_times().map(|(pattern, _)| self.tables(folder, pattern)).collect();
+            config.all_patterns().map(|(pattern, _)| self.tables(folder, pattern)).collect();
         let tables = tables.into_iter().collect::<Option<Vec<Walked>>>()?;
         for path in found.files.iter().filter(|model| owner(model, &inner).is_none()) {
             self.add(db, &mut files, path);

@@ -64,7 +64,7 @@ pub fn load_commit(
     // Only the configurations say which other files are tables.
     let patterns = workspaces.iter().flat_map(|&workspace| {
         let folder = workspace.folder(db).clone();
-        let all = config_of(db, workspace).all_times();
+        let all = config_of(db, workspace).all_patterns();
         all.filter_map(|(pattern, _)| table_pattern(&folder, pattern).ok()).collect::<Vec<_>>()
     });
     let patterns: Vec<_> = patterns.collect();

@@ -41,7 +41,7 @@ pub enum EditRefusal {
 }
 
 /// A thread in a file, by its index.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, salsa::SalsaValue)]
 pub enum ThreadPlace {
     /// In `callback_groups` of a `threads.yaml`.
     Group(usize),

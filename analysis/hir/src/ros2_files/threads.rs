@@ -21,6 +21,7 @@ use std::ops::Range;
 use mauve_timing::CpuSet;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::edit::ThreadPlace;
 use super::group_id::{GroupId, without_waitables};
 use super::problem::{ExpectedValue, FileProblem, FileProblemKind};
 use super::value::{ValueReader, YamlValue, cpus, is_null};
@@ -43,6 +44,17 @@ pub struct ThreadsFile {
     pub problems: Vec<FileProblem>,
     /// Whether readers take the file, and read these values.
     pub completeness: Completeness,
+}
+
+impl ThreadsFile {
+    /// Returns the thread at a place.
+    pub fn entry(&self, place: ThreadPlace) -> Option<&ThreadEntry> {
+        match place {
+            ThreadPlace::Group(index) => self.groups.get(index),
+            ThreadPlace::Other(index) => self.others.get(index),
+            ThreadPlace::Manager(_) | ThreadPlace::Controller(..) => None,
+        }
+    }
 }
 
 /// A thread of a callback group, or one without callbacks.

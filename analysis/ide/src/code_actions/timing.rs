@@ -29,11 +29,12 @@ use mauve_wcrt::better_timing::{
     BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse, keeps_slack,
 };
 use mauve_wcrt::{
-    ActivityField, ActivityReport, Deadlines, Query, Report, WhatIfField, facts_if, response_times,
-    response_times_if, system_of,
+    ActivityField, ActivityReport, Deadlines, Query, Report, ResolvedActivity, WhatIfField, facts_if,
+    response_times, response_times_if, system_of,
 };
 
 use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS};
+use crate::threads::threads_with_activities;
 use crate::what_if::edit_of_fields;
 use mauve_diagnostics::figure::changed_figure;
 
@@ -42,20 +43,15 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::Rewrite) && !actions.wants(ActionKind::QuickFix) {
         return;
     }
-    let Some(deployment) = deployment_at(actions) else { return };
-    let activity = actions.node::<ast::Activity>();
-    let name = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text_range());
+    let Some((deployment, at)) = deployment_and_activity_at(actions) else { return };
     let db = actions.db;
     let Some(project) = actions.project else { return };
     let query = Query::shown(db, project, deployment);
     let now = response_times(db, project, deployment, query);
-    let activities = &system_of(db, project, deployment).activities;
-    let index = name.and_then(|at| {
-        activities.iter().position(|it| it.at.range_in(db, actions.question.file) == Some(at))
-    });
+    let index = at.as_ref().and_then(|(index, ..)| *index);
     let of_activity = index.map(|index| better_activity(db, project, deployment, index, query));
-    let subject = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text().to_string());
-    let diagnostics = activity.map_or_else(Vec::new, |it| diagnostics_in(actions, it.syntax().text_range()));
+    let diagnostics = at.as_ref().map_or_else(Vec::new, |(.., range)| diagnostics_in(actions, *range));
+    let subject = at.map(|(_, name, _)| name);
     let in_order = subject.iter().flat_map(|name| in_order(name, &diagnostics));
     let of_deployment = better_priorities(db, project, deployment, query).iter().cloned();
     let of_activity = of_activity.into_iter().flatten().cloned();
@@ -104,7 +100,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         action.preferred = index == 0 && is_solution && action.kind == ActionKind::QuickFix;
         // An action is known by its title.
         if titles.insert(action.title.clone()) {
-            actions.push(action, || edit_of_fields(db, deployment, fields));
+            actions.push(action, || edit_of_fields(db, project, deployment, fields).ok());
         }
     }
     if let Some(names) = impossible.filter(|_| !is_solved) {
@@ -188,6 +184,32 @@ fn title_with(
         let room = MOST_CHARACTERS.saturating_sub(end.chars().count() + ": ".len()).max(MOST_CHARACTERS / 3);
         shortened(&format!("{}: {end}", shortened(&change, room)), MOST_CHARACTERS)
     })
+}
+
+/// An activity at the cursor: its index in the system of its deployment, its name, and its range.
+type ActivityHere = (Option<usize>, String, TextRange);
+
+/// Returns the deployment and the activity at the cursor: in a model, or in a file of threads.
+fn deployment_and_activity_at<'db>(actions: &Actions<'_, 'db>) -> Option<(Decl<'db>, Option<ActivityHere>)> {
+    let (db, project) = (actions.db, actions.project?);
+    let activities_of = |deployment| &system_of(db, project, deployment).activities;
+    if let Some(deployment) = deployment_at(actions) {
+        let activity = actions.node::<ast::Activity>();
+        let here = activity.and_then(|it| {
+            let name = it.name_ref()?;
+            let at = Some(name.syntax().text_range());
+            let is_it = |of: &ResolvedActivity<'db>| of.at.range_in(db, actions.question.file) == at;
+            let index = activities_of(deployment).iter().position(is_it);
+            Some((index, name.syntax().text().to_string(), it.syntax().text_range()))
+        });
+        return Some((deployment, here));
+    }
+    let threads = threads_with_activities(db, project, actions.question.file);
+    let thread =
+        threads.into_iter().find(|it| it.range.contains_inclusive(actions.question.range.start()))?;
+    let index = *thread.activities.first()?;
+    let name = activities_of(thread.deployment).get(index)?.instance.to_string();
+    Some((thread.deployment, Some((Some(index), name, thread.range))))
 }
 
 /// Returns the deployment at the cursor.
@@ -551,7 +573,8 @@ mod tests {
         offers.extend(of_activity.into_iter().flatten().cloned());
         for offer in offers {
             let BetterTiming::Change(_, fields) = offer else { continue };
-            let edited = Edited::new(&db, workspace, &edit_of_fields(&db, deployment, &fields));
+            let edited =
+                Edited::new(&db, workspace, &edit_of_fields(&db, project, deployment, &fields).unwrap());
             let what_if = response_times_if(&db, project, deployment, query, &fields);
             assert_eq!(figures(edited.report()), figures(&what_if), "{fields:?}\n{fixture}");
         }

@@ -40,7 +40,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         let deadlines = after(project).deadlines();
         let title = format!("{title}: {} of {} met", deadlines.met, deadlines.all);
         let action = CodeAction::new(ActionKind::Rewrite, title);
-        actions.push(action, || edit_of_fields(db, of, &found.fields));
+        actions.push(action, || edit_of_fields(db, project, of, &found.fields).ok());
     }
 }
 

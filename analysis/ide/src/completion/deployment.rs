@@ -12,7 +12,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 use mauve_timing::CpuSet;
 
-use mauve_wcrt::{NewActivity, new_activities, system_of};
+use mauve_wcrt::{NewActivity, declared_threads, new_activities, system_of};
 
 use super::architecture::OfInstance;
 use super::{Completer, Completion, CompletionKind, Subject};
@@ -173,8 +173,10 @@ impl<'db> Completer<'_, 'db> {
         let activities =
             self.decl.and_then(|of| deployment(self.db, of)).map_or(&[][..], |it| &it.activities);
         let fields = activities.iter().filter_map(|it| it.field(ActivityField::Thread));
-        let names: BTreeSet<String> =
+        let mut names: BTreeSet<String> =
             fields.filter_map(|it| Some(it.value.as_name()?.name.to_string())).collect();
+        let declared = declared_threads(self.db, self.project.workspace(self.db));
+        names.extend(declared.all.iter().map(|it| format!("\"{}\"", it.id)));
         names.iter().for_each(|name| self.add(Completion::new(CompletionKind::Value, name.as_str())));
     }
 

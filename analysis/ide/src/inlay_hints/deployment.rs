@@ -5,8 +5,8 @@ use std::collections::HashMap;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, Location, ModelDb, Project, config_file, names_of, node_around};
-use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{CpuLoad, CpuSet, Status};
 use mauve_wcrt::{
     ActivityReport, Deadlines, Footing, Query, Report, ResolvedActivity, response_times, system_of,
@@ -15,6 +15,7 @@ use mauve_wcrt::{
 use super::label::Texts;
 use super::{HintOf, HintOptions, HintSubject, InlayHint, ShownHint, beside, end_of_line};
 use crate::cpu_budget::cpu_status;
+use crate::threads::{ThreadAt, threads_with_activities};
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
 
@@ -83,26 +84,49 @@ pub(super) fn of_deployment<'db>(
     }
 }
 
-/// Returns the hints of the gateways that a `mauve.toml` declares: one for each activity that the model does not contain.
-pub(super) fn of_gateways(
+/// Returns the hints of activities in other files than models: of the gateways that a `mauve.toml` declares, and of threads in a file
+/// of `[platform] threads`.
+pub(super) fn in_other_file(
     db: &dyn ModelDb,
     projects: &[Project<'_>],
     file: File,
     options: HintOptions,
 ) -> Vec<HintOf> {
     let mut found = Vec::new();
+    let text = file.text(db);
+    let mut add = |name: &str, shown: ShownHint, at: TextRange| {
+        let subject = HintSubject::Activity(name.into());
+        found.push(shown.at(text, end_of_line(text, at.end()), subject, at.start()));
+    };
+    for &project in projects.iter().filter(|_| options.response_times) {
+        let threads = threads_with_activities(db, project, file);
+        let are_several =
+            threads.iter().any(|it| threads.first().is_some_and(|of| of.deployment != it.deployment));
+        for ThreadAt { deployment, activities, id, .. } in threads {
+            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
+            let footings: Vec<Footing> = report.footings();
+            for index in activities {
+                let (Some(activity), Some(footing)) = (report.activities.get(index), footings.get(index))
+                else {
+                    continue;
+                };
+                let name = match are_several {
+                    true => format!("{}.{}", deployment.name(db), activity.instance),
+                    false => activity.instance.to_string(),
+                };
+                add(&name, ShownHint::of(db, activity, *footing, options.tight_slack), id);
+            }
+        }
+    }
     let has_it = |project: &&Project<'_>| config_file(db, project.workspace(db)) == Some(file);
     for &project in projects.iter().filter(has_it).filter(|_| options.response_times) {
         for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
             let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
             for (activity, footing) in report.activities.iter().zip(report.footings()) {
                 let Some(at) = activity.at.as_ref().and_then(|at| at.range_in(db, file)) else { continue };
-                let text = file.text(db);
-                let shown = ShownHint::of(db, activity, footing, options.tight_slack);
                 // With hosts, `D@left` and `D@right`.
                 let name = activity.instance.replacen("ros2", deployment.name(db), 1);
-                let subject = HintSubject::Activity(name.into());
-                found.push(shown.at(text, end_of_line(text, at.end()), subject, at.start()));
+                add(&name, ShownHint::of(db, activity, footing, options.tight_slack), at);
             }
         }
     }
@@ -179,7 +203,6 @@ fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet,
 #[cfg(test)]
 mod tests {
     use expect_test::expect;
-    use mauve_syntax::TextRange;
 
     use super::*;
     use crate::fixture::{Fixture, project_of};

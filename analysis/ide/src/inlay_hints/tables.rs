@@ -18,13 +18,14 @@ use mauve_wcrt::{
 };
 use rustc_hash::FxHashMap;
 
-use super::deployment::of_gateways;
+use super::deployment::in_other_file;
 use super::in_file::on_lines;
 use super::label::{Texts, most_at};
 use super::{HintOf, HintOptions, HintSubject, InlayHint, column, end_of_line, hash_of};
 
 /// Returns the hints of a timing table in `range` for the projects that share it, and whether limits are missing: those that are not
-/// found by `end`. Those of a `mauve.toml` are the response times of the gateways that it declares.
+/// found by `end`. Those of a `mauve.toml` are the response times of the gateways that it declares, those of a file of threads the ones
+/// of its threads.
 pub fn table_hints<'db>(
     db: &'db dyn ModelDb,
     projects: &[Project<'db>],
@@ -33,7 +34,7 @@ pub fn table_hints<'db>(
     options: HintOptions,
     end: Option<Instant>,
 ) -> (Vec<InlayHint>, bool) {
-    let mut found = of_gateways(db, projects, file, options);
+    let mut found = in_other_file(db, projects, file, options);
     found.retain(|it| range.contains_inclusive(it.hint.offset));
     let has_it = |project: &Project<'db>| table_files(db, project.workspace(db)).files.contains(&file);
     if !options.program_times || !projects.iter().any(has_it) {
@@ -97,8 +98,8 @@ pub fn hash_of_table(db: &dyn ModelDb, projects: &[Project<'_>], file: File, opt
         (activities.collect::<Vec<_>>(), all.iter().map(of_time).collect::<Vec<_>>())
     };
     let of_each = times.chunk_by(|one, other| one.deployment == other.deployment).map(of_deployment);
-    let gateways = of_gateways(db, projects, file, options).into_iter().map(|it| it.hint.label);
-    hash_of((of_each.collect::<Vec<_>>(), gateways.collect::<Vec<_>>(), options))
+    let others = in_other_file(db, projects, file, options).into_iter().map(|it| it.hint.label);
+    hash_of((of_each.collect::<Vec<_>>(), others.collect::<Vec<_>>(), options))
 }
 
 /// Returns the entries whose times periods consist of.

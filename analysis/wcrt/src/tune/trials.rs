@@ -508,10 +508,12 @@ fn units<'db>(
     let mut units: Vec<TuneUnit<'db>> = Vec::new();
     for (index, activity) in system.activities.iter().enumerate() {
         let Some(declared) = written.get(&activity.instance) else { continue };
-        if activity.gateway.is_some() || activity.priority == Priority::Background {
+        let is_pinned = request.pins.iter().any(|it| *it == activity.instance || *it == activity.activity);
+        // A thread of a file gets a policy with its priority.
+        let may_rise = activity.declared_thread.is_some() && activity.period.is_some() && !is_pinned;
+        if activity.gateway.is_some() || activity.priority == Priority::Background && !may_rise {
             continue;
         }
-        let is_pinned = request.pins.iter().any(|it| *it == activity.instance || *it == activity.activity);
         let is_it =
             |it: &&mut TuneUnit<'_>| it.of.activity == activity.activity || it.of.is_queued_with(activity);
         if let Some(unit) = units.iter_mut().find(is_it) {
@@ -527,7 +529,8 @@ fn units<'db>(
             has_deadline: declared.field(ActivityField::Deadline).is_some(),
             priority: activity.priority.real_time(),
             cpus: activity.cpus.unwrap_or(CpuSet::NONE),
-            is_placed: PLACES.iter().any(|it| declared.field(*it).is_some()),
+            is_placed: activity.declared_thread.is_some()
+                || PLACES.iter().any(|it| declared.field(*it).is_some()),
             is_pinned,
             is_periodic: activity.is_periodic() && PERIODS.iter().any(|it| declared.field(*it).is_some()),
             utilisation: 0.0,

@@ -8,7 +8,7 @@ use mauve_hir::{
     project_files, projects, relative_path,
 };
 use mauve_ide::{Comparison, Figures};
-use mauve_wcrt::{observed_files, table_files, table_pattern};
+use mauve_wcrt::{input_files, table_pattern};
 
 /// Why the figures of the deployments of a project are not known.
 #[derive(Debug, Clone)]
@@ -46,12 +46,11 @@ pub(super) fn unread(
     for &workspace in workspaces {
         let config = config_file(db, workspace);
         found.extend(config.and_then(|file| Some(outside(file.path(db), problem(file)?))));
-        let tables = [table_files(db, workspace), observed_files(db, workspace)];
-        let patterns = || config_of(db, workspace).all_times().map(|(pattern, _)| pattern);
+        let patterns = || config_of(db, workspace).all_patterns().map(|(pattern, _)| pattern);
         let is_named = |path: &Path| patterns().any(|it| may_name(workspace.folder(db), it, path));
         let named = left_out.iter().filter(|(path, _)| is_named(path)).map(|(_, why)| why.clone());
         let mut shared: Vec<String> = workspace.unreadable(db).iter().cloned().chain(named).collect();
-        shared.extend(tables.iter().flat_map(|it| &it.files).filter_map(|file| problem(*file)));
+        shared.extend(input_files(db, workspace).0.filter_map(problem));
         for &project in projects(db, workspace) {
             let files = project_files(db, project);
             let missing = files.iter().flat_map(|&file| {

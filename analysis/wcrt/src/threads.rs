@@ -1,0 +1,216 @@
+//! The threads of `[platform] threads`: priorities and CPUs that stand in the files of the callback-isolated executor of ROS 2.
+//!
+//! An activity with `thread = "ID"` has those of its thread, so that they are written once, where the robot reads them. Every edit of
+//! such a file changes the figures.
+
+use std::ops::Range;
+
+use mauve_hir::item_tree::Name;
+use mauve_hir::ros2_files::{
+    GroupId, ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_threads,
+};
+use mauve_hir::{File, Location, ModelDb, Workspace, config_file, config_of, platform_of};
+use mauve_timing::{CpuSet, Priority};
+use rustc_hash::FxHashMap;
+
+use crate::fact::{TimingFact, TimingFactKind};
+use crate::reason::{IncompleteTable, TableFault, TableFilesError, ThreadReason};
+use crate::timetable::{TableFiles, files_named, observed_files, table_files};
+
+/// Finds the files of `[platform] threads`.
+#[salsa::tracked(returns(ref))]
+pub fn thread_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
+    files_named(db, workspace, config_of(db, workspace).threads.iter())
+}
+
+/// Returns the files that are read beside the models and `mauve.toml`: tables, what recordings showed, and threads; and the errors in
+/// the patterns that name them.
+pub fn input_files(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+) -> (impl Iterator<Item = File> + Clone, impl Iterator<Item = &(TableFilesError, Range<usize>)>) {
+    let all = [table_files(db, workspace), observed_files(db, workspace), thread_files(db, workspace)];
+    (all.into_iter().flat_map(|it| it.files.iter().copied()), all.into_iter().flat_map(|it| &it.errors))
+}
+
+/// Reads a file of threads.
+#[salsa::tracked(returns(ref))]
+pub fn threads_in(db: &dyn ModelDb, file: File) -> ThreadsFile {
+    read_threads(file.text(db))
+}
+
+/// What the files of threads say of a thread. It has no location: a comment in a file changes no figure.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct DeclaredThread {
+    /// Its file.
+    pub file: File,
+    /// Its place in the file.
+    pub place: ThreadPlace,
+    /// Its id without `@Waitable`, or its name.
+    pub id: Name,
+    /// For `/ns/node/*`, the node: each callback group of it without an entry of its own has such a thread.
+    node: Option<Name>,
+    /// Its priority: in the background with the policies that are not for real time.
+    pub priority: Priority,
+    /// Whether threads of its priority take turns.
+    pub(crate) is_round_robin: bool,
+    /// Linux's CPUs from 0, which are CPUs from 1 here; empty for any.
+    pub cpus: CpuSet,
+    /// Why its priority is not known.
+    pub(crate) doubt: Option<ThreadReason>,
+}
+
+/// What all files of threads of a workspace say.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct DeclaredThreads {
+    /// In the order of the files; of each, those of callback groups first.
+    pub all: Vec<DeclaredThread>,
+    /// Why threads may be missing.
+    pub(crate) fault: Option<IncompleteTable>,
+    /// Whether they count on the throttling of real-time threads; none where they do not say it.
+    is_throttled: Option<bool>,
+}
+
+/// Returns what the files of threads say.
+///
+/// ```
+/// use mauve_hir::{Database, Workspace};
+/// let db = Database::default();
+/// let threads = "callback_groups:\n  - {id: /eye@Timer(1000000), policy: SCHED_FIFO, priority: 90, affinity: [0]}\n";
+/// let files = [("/mauve.toml", "platform.threads = \"threads.yaml\""), ("/threads.yaml", threads)];
+/// let files = files.map(|(path, text)| (path.into(), text.to_owned()));
+/// let workspace = Workspace::of_texts(&db, "/".into(), files);
+/// let found = mauve_wcrt::declared_threads(&db, workspace);
+/// assert_eq!(found.find("/eye@Timer(1000000)").unwrap().priority.real_time(), Some(90));
+/// ```
+#[salsa::tracked(returns(ref))]
+pub fn declared_threads(db: &dyn ModelDb, workspace: Workspace) -> DeclaredThreads {
+    let mut found = DeclaredThreads::default();
+    let files = thread_files(db, workspace);
+    if let (Some((error, _)), Some(config)) = (files.errors.first(), config_file(db, workspace)) {
+        found.fault = Some(IncompleteTable { file: config, error: TableFault::Files(error.clone()) });
+    }
+    for &file in &files.files {
+        let read = threads_in(db, file);
+        let fault = faults(db, file).into_iter().next();
+        found.fault = found.fault.take().or(fault.map(|(error, _)| IncompleteTable { file, error }));
+        if let (Some(runtime), Some(period)) =
+            (read.throttling_runtime.known(), read.throttling_period.known())
+        {
+            let is_throttled = *runtime >= 0 && runtime < period;
+            found.is_throttled = Some(is_throttled || found.is_throttled == Some(true));
+        }
+        let of = |place: fn(usize) -> ThreadPlace| move |(index, it)| declared(file, place(index), it);
+        found.all.extend(read.groups.iter().enumerate().filter_map(of(ThreadPlace::Group)));
+        found.all.extend(read.others.iter().enumerate().filter_map(of(ThreadPlace::Other)));
+    }
+    let ids: Vec<Name> = found.all.iter().map(|it| it.id.clone()).collect();
+    let mut count: FxHashMap<&Name, usize> = FxHashMap::default();
+    ids.iter().for_each(|id| *count.entry(id).or_default() += 1);
+    for thread in found.all.iter_mut().filter(|it| count.get(&it.id) > Some(&1)) {
+        (thread.priority, thread.doubt) = (Priority::Unknown, Some(ThreadReason::Repeated));
+    }
+    found
+}
+
+fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<DeclaredThread> {
+    let group = entry.group.as_ref();
+    let id = group.map(GroupId::to_string).or_else(|| entry.id.known().cloned())?;
+    let policy = entry.policy.known();
+    let (priority, doubt) = match policy {
+        Some(ThreadPolicy::Fifo | ThreadPolicy::RoundRobin) => {
+            (entry.priority.known().map_or(Priority::Unknown, |it| Priority::RealTime((*it).into())), None)
+        }
+        Some(ThreadPolicy::Other | ThreadPolicy::Batch | ThreadPolicy::Idle) => (Priority::Background, None),
+        Some(ThreadPolicy::Deadline) => (Priority::Unknown, Some(ThreadReason::Deadline)),
+        None => (Priority::Unknown, None),
+    };
+    Some(DeclaredThread {
+        file,
+        place,
+        node: group.filter(|it| it.is_wildcard).map(|it| node_of(it).into()),
+        id: id.into(),
+        priority,
+        is_round_robin: policy == Some(&ThreadPolicy::RoundRobin),
+        cpus: entry.affinity.known().copied().unwrap_or(CpuSet::NONE),
+        doubt,
+    })
+}
+
+fn node_of(id: &GroupId) -> String {
+    GroupId { callbacks: Vec::new(), is_wildcard: false, ..id.clone() }.to_string()
+}
+
+/// Returns why readers refuse a file, or read other values, and where; with other settings of the kernel than can be analysed.
+fn faults(db: &dyn ModelDb, file: File) -> Vec<(TableFault, Range<usize>)> {
+    let read = threads_in(db, file);
+    let unreadable =
+        file.problem(db).as_ref().map(|it| (TableFault::Unreadable(it.message().to_owned()), 0..0));
+    let problems = read.problems.iter().filter(|it| it.kind.is_error());
+    let problems = problems.map(|it| (TableFault::Threads(it.kind.clone()), it.range.clone()));
+    let (runtime, period) = (&read.throttling_runtime, &read.throttling_period);
+    let throttling = match (runtime, period.known()) {
+        (YamlValue::Known { value, range }, Some(period)) => {
+            let is_known = *value < 0 || value >= period || *period == 1_000_000 && *value >= 950_000;
+            (!is_known).then(|| (TableFault::Throttling, range.clone()))
+        }
+        _ => None,
+    };
+    unreadable.into_iter().chain(problems).chain(throttling).collect()
+}
+
+/// Returns what is wrong in the files of threads.
+pub fn thread_facts<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<TimingFact<'db>> {
+    let mut found = Vec::new();
+    for &file in &thread_files(db, workspace).files {
+        let at = |range: &Range<usize>| Location::of_span(file, range);
+        let faults = faults(db, file).into_iter();
+        found.extend(
+            faults.map(|(fault, range)| TimingFact::new(at(&range), TimingFactKind::InvalidTable(fault))),
+        );
+        let others = threads_in(db, file).problems.iter().filter(|it| !it.kind.is_error());
+        found.extend(
+            others.map(|it| TimingFact::new(at(&it.range), TimingFactKind::ThreadFile(it.kind.clone()))),
+        );
+    }
+    found
+}
+
+/// Returns the place of the id of a declared thread: there, an activity with it has its diagnostics.
+pub fn place_of_thread<'db>(db: &'db dyn ModelDb, workspace: Workspace, id: &str) -> Option<Location<'db>> {
+    let (file, place) = declared_threads(db, workspace).find(id)?.at();
+    let entry = threads_in(db, file).entry(place)?;
+    Some(Location::of_span(file, entry.id.range().unwrap_or(&entry.range)))
+}
+
+/// Returns whether Linux keeps 50 ms of each second from real-time tasks, as `mauve.toml` or the files of threads say; none where neither
+/// does. Where they differ, it does.
+pub fn is_throttled(db: &dyn ModelDb, workspace: Workspace) -> Option<bool> {
+    let of_platform = platform_of(db, workspace).rt_throttling;
+    of_platform.max(declared_threads(db, workspace).is_throttled)
+}
+
+impl DeclaredThread {
+    /// Returns the place of the thread, in its file.
+    pub fn at(&self) -> (File, ThreadPlace) {
+        (self.file, self.place)
+    }
+
+    /// Returns whether several threads may have the entry.
+    pub(crate) fn is_wildcard(&self) -> bool {
+        self.node.is_some()
+    }
+}
+
+impl DeclaredThreads {
+    /// Returns the thread with this id; of a callback group, that of all groups of its node where it has none of its own.
+    pub fn find(&self, id: &str) -> Option<&DeclaredThread> {
+        let group: Option<GroupId> = id.parse().ok();
+        let id = group.as_ref().map_or_else(|| id.to_owned(), GroupId::to_string);
+        let own = self.all.iter().find(|it| it.id == *id);
+        own.or_else(|| {
+            let node = node_of(group.as_ref()?);
+            self.all.iter().find(|it| it.node.as_deref() == Some(node.as_str()))
+        })
+    }
+}
