@@ -63,8 +63,7 @@ pub(super) fn remove_on_broken_lines<'db>(
     found: &mut Vec<Arc<Diagnostic<'db>>>,
 ) {
     let broken_in = |file: File| {
-        let is_table = file.path(db).extension().is_some_and(|extension| extension == "toml");
-        (!is_table).then(|| broken_lines(db, workspace, file)).filter(|broken| !broken.is_empty())
+        is_model(file.path(db)).then(|| broken_lines(db, workspace, file)).filter(|broken| !broken.is_empty())
     };
     let mut files = FxHashMap::default();
     found.retain(|it| {

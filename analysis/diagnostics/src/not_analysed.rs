@@ -40,3 +40,21 @@ pub(super) fn report<'db>(
     let reasons: Vec<String> = reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();
     Diagnostic::new(&NOT_ANALYSED, at, format!("`{instance}` is not analysed: {}", reasons.join("; ")))
 }
+
+/// A thread of a file that no activity of the deployment has.
+pub(super) fn thread_without_activity<'db>(
+    at: Location<'db>,
+    deployment: &str,
+    id: &str,
+    has_priority: bool,
+) -> Diagnostic<'db> {
+    let what = match has_priority {
+        true => format!(
+            "give its callbacks activities with `thread = \"{id}\"`, or declare `[[platform.other]]` with `name = \"{id}\"`, \
+             this priority, its CPUs and how much it executes"
+        ),
+        false => "use SCHED_FIFO, for which bounds are known".to_owned(),
+    };
+    let message = format!("no activity of {deployment} has this thread, and what it may delay is not analysed: {what}");
+    Diagnostic::new(&NOT_ANALYSED, at, message)
+}

@@ -43,11 +43,7 @@ pub const EXHAUSTED: &str = "the budget of a better method is exhausted: the res
 fn thread(db: &dyn ModelDb, why: &ThreadReason) -> ReasonWords {
     match why {
         ThreadReason::NoActivity { id, file } => words(
-            format!(
-                "the thread `{id}` of {} may delay it, and no activity of the deployment has it: add its callbacks, each with \
-                 `thread = \"{id}\"`, or `[[platform.other]]` with `name = \"{id}\"`, its priority, its CPUs and how much it executes",
-                file_name(db, *file)
-            ),
+            format!("the thread `{id}` of {} may delay it, and no activity has it", file_name(db, *file)),
             "a thread has no activity",
         ),
         ThreadReason::Deadline => words(
@@ -56,7 +52,7 @@ fn thread(db: &dyn ModelDb, why: &ThreadReason) -> ReasonWords {
         ),
         ThreadReason::SharedRoundRobin(priority) => words(
             format!(
-                "its thread has the policy SCHED_RR, and another one has the priority {priority}: use SCHED_FIFO, or other priorities"
+                "its thread has the policy SCHED_RR, and another one may have its priority, {priority}: use SCHED_FIFO, or other priorities"
             ),
             "SCHED_RR is shared",
         ),

@@ -59,6 +59,9 @@ pub(super) fn timing_diagnostic<'db>(
             never_triggered::report(at, [instance, port], writer.as_ref())
         }
         Fact::TriggerNotRead { instance, port } => unread_trigger::report(at, instance, port),
+        Fact::ThreadWithoutActivity { of, id, has_priority } => {
+            not_analysed::thread_without_activity(at, of.name(db), id, *has_priority)
+        }
         Fact::ThreadFile(kind) => {
             Diagnostic::new(&UNKNOWN_TIMING_KEY, at, table_reasons::thread_problem(kind))
         }

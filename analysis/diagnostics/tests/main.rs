@@ -70,5 +70,6 @@ mod size;
 mod spans;
 mod spec;
 mod tables;
+mod threads;
 mod verdicts;
 mod work;

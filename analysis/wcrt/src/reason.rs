@@ -140,7 +140,8 @@ impl Reason<'_> {
             Reason::Lock(why) => {
                 matches!(why, LockReason::UnknownCodel { .. } | LockReason::Undeclared { .. })
             }
-            Reason::NoTopicTime(_) | Reason::Middleware(_) | Reason::Thread(_) => false,
+            Reason::Thread(why) => matches!(why, ThreadReason::NoActivity { .. }),
+            Reason::NoTopicTime(_) | Reason::Middleware(_) => false,
             Reason::CpusOfHost(_) | Reason::SeveralHosts => false,
             Reason::ComponentTime(_) | Reason::NoMachine(_) | Reason::Calls(_) | Reason::TooLong(_) => false,
             _ => true,
@@ -324,7 +325,7 @@ pub struct IncompleteTable {
 /// Why the files of `[platform] threads` do not say with which priority an activity is executed, or what delays it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ThreadReason {
-    /// This thread may delay it, and no activity says what it executes. With its policy where it has no priority.
+    /// This thread may delay it, and no activity says what it executes.
     NoActivity { id: Name, file: File },
     /// Its policy is `SCHED_DEADLINE`.
     Deadline,

@@ -12,7 +12,7 @@ use crate::gateway::Gateway;
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, ThreadReason, UnknownPriority};
 use crate::serving::{Serving, errors_and_items, serving_of};
 use crate::table_set::{TableSet, all_tables_of, tables_of_host};
-use crate::threads::{DeclaredThread, declared_threads};
+use crate::threads::{DeclaredThread, declared_threads, id_of_thread, place_of_thread};
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
@@ -650,6 +650,7 @@ impl<'db> SystemReader<'db> {
     ) -> bool {
         let Some(written) = fields.written.get(&ActivityField::Thread) else { return false };
         let Ok(FieldValue::DeclaredThread(id)) = FieldKind::Thread.read(written) else { return false };
+        let id = id_of_thread(&id);
         let all = declared_threads(self.db, self.project.workspace(self.db));
         let Some(thread) = all.find(&id) else {
             (found.task.priority, found.task.cpus) = (Priority::Unknown, None);
@@ -1022,6 +1023,7 @@ impl<'db> SystemReader<'db> {
                 }
             }
         }
+        let mut delaying: BTreeSet<Name> = BTreeSet::new();
         for activity in self.found.activities.iter_mut().filter(|it| it.gateway.is_none()) {
             let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
             let is_delayed = |(priority, of_thread, _): &&(Option<u32>, CpuSet, Reason<'db>)| {
@@ -1029,10 +1031,16 @@ impl<'db> SystemReader<'db> {
                     activity.priority.real_time().is_none_or(|it| priority.is_none_or(|of| it <= of));
                 is_below && activity.priority != Priority::Background && cpus.meets(*of_thread)
             };
-            if let Some((.., reason)) = threads.iter().find(is_delayed) {
-                let at = activity.at.clone();
-                activity.refuse(reason.clone(), at);
-            }
+            let found: Vec<Reason<'db>> = threads.iter().filter(is_delayed).map(|it| it.2.clone()).collect();
+            delaying.extend(found.iter().filter_map(thread_without_activity));
+            let at = activity.at.clone();
+            found.into_iter().take(1).for_each(|reason| activity.refuse(reason, at.clone()));
+        }
+        let workspace = self.project.workspace(self.db);
+        for id in delaying {
+            let Some(at) = place_of_thread(self.db, workspace, &id) else { continue };
+            let has_priority = declared.find(&id).is_some_and(|it| it.priority.real_time().is_some());
+            self.report(at, TimingFactKind::ThreadWithoutActivity { of: self.of, id, has_priority });
         }
         for (index, priority) in self.taking_turns(&others) {
             let activity = &mut self.found.activities[index];
@@ -1132,6 +1140,13 @@ impl<'db> SystemReader<'db> {
                 resolved.forget_priority(UnknownPriority::NoSuchCpu);
             }
         }
+    }
+}
+
+fn thread_without_activity(reason: &Reason<'_>) -> Option<Name> {
+    match reason {
+        Reason::Thread(ThreadReason::NoActivity { id, .. }) => Some(id.clone()),
+        _ => None,
     }
 }
 

@@ -46,10 +46,8 @@ pub struct DeclaredThread {
     pub file: File,
     /// Its place in the file.
     pub place: ThreadPlace,
-    /// Its id without `@Waitable`, or its name.
+    /// Its id without `@Waitable`, or its name. `/ns/node/*` is that of each callback group of the node without an entry of its own.
     pub id: Name,
-    /// For `/ns/node/*`, the node: each callback group of it without an entry of its own has such a thread.
-    node: Option<Name>,
     /// Its priority: in the background with the policies that are not for real time.
     pub priority: Priority,
     /// Whether threads of its priority take turns.
@@ -65,6 +63,7 @@ pub struct DeclaredThread {
 pub struct DeclaredThreads {
     /// In the order of the files; of each, those of callback groups first.
     pub all: Vec<DeclaredThread>,
+    by_id: FxHashMap<Name, usize>,
     /// Why threads may be missing.
     pub(crate) fault: Option<IncompleteTable>,
     /// Whether they count on the throttling of real-time threads; none where they do not say it.
@@ -104,18 +103,20 @@ pub fn declared_threads(db: &dyn ModelDb, workspace: Workspace) -> DeclaredThrea
         found.all.extend(read.groups.iter().enumerate().filter_map(of(ThreadPlace::Group)));
         found.all.extend(read.others.iter().enumerate().filter_map(of(ThreadPlace::Other)));
     }
-    let ids: Vec<Name> = found.all.iter().map(|it| it.id.clone()).collect();
-    let mut count: FxHashMap<&Name, usize> = FxHashMap::default();
-    ids.iter().for_each(|id| *count.entry(id).or_default() += 1);
-    for thread in found.all.iter_mut().filter(|it| count.get(&it.id) > Some(&1)) {
-        (thread.priority, thread.doubt) = (Priority::Unknown, Some(ThreadReason::Repeated));
+    for index in 0..found.all.len() {
+        let Some(thread) = found.all.get(index) else { continue };
+        // Which of two counts is not known.
+        let Some(first) = found.by_id.insert(thread.id.clone(), index) else { continue };
+        for index in [first, index] {
+            let Some(thread) = found.all.get_mut(index) else { continue };
+            (thread.priority, thread.doubt) = (Priority::Unknown, Some(ThreadReason::Repeated));
+        }
     }
     found
 }
 
 fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<DeclaredThread> {
-    let group = entry.group.as_ref();
-    let id = group.map(GroupId::to_string).or_else(|| entry.id.known().cloned())?;
+    let id = id_of_thread(entry.id.known()?);
     let policy = entry.policy.known();
     let (priority, doubt) = match policy {
         Some(ThreadPolicy::Fifo | ThreadPolicy::RoundRobin) => {
@@ -128,8 +129,7 @@ fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<Decla
     Some(DeclaredThread {
         file,
         place,
-        node: group.filter(|it| it.is_wildcard).map(|it| node_of(it).into()),
-        id: id.into(),
+        id,
         priority,
         is_round_robin: policy == Some(&ThreadPolicy::RoundRobin),
         cpus: entry.affinity.known().copied().unwrap_or(CpuSet::NONE),
@@ -137,8 +137,9 @@ fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<Decla
     })
 }
 
-fn node_of(id: &GroupId) -> String {
-    GroupId { callbacks: Vec::new(), is_wildcard: false, ..id.clone() }.to_string()
+/// Returns an id without what readers ignore.
+pub(crate) fn id_of_thread(id: &str) -> Name {
+    id.parse().map_or_else(|_| id.into(), |group: GroupId| group.to_string().into())
 }
 
 /// Returns why readers refuse a file, or read other values, and where; with other settings of the kernel than can be analysed.
@@ -198,19 +199,17 @@ impl DeclaredThread {
 
     /// Returns whether several threads may have the entry.
     pub(crate) fn is_wildcard(&self) -> bool {
-        self.node.is_some()
+        self.id.ends_with("/*")
     }
 }
 
 impl DeclaredThreads {
     /// Returns the thread with this id; of a callback group, that of all groups of its node where it has none of its own.
     pub fn find(&self, id: &str) -> Option<&DeclaredThread> {
-        let group: Option<GroupId> = id.parse().ok();
-        let id = group.as_ref().map_or_else(|| id.to_owned(), GroupId::to_string);
-        let own = self.all.iter().find(|it| it.id == *id);
-        own.or_else(|| {
-            let node = node_of(group.as_ref()?);
-            self.all.iter().find(|it| it.node.as_deref() == Some(node.as_str()))
-        })
+        let any = || {
+            let node = GroupId { callbacks: Vec::new(), is_wildcard: true, ..id.parse().ok()? };
+            self.by_id.get(node.to_string().as_str())
+        };
+        self.all.get(*self.by_id.get(id).or_else(any)?)
     }
 }
