@@ -94,7 +94,7 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
                   Its name is any." },
     FieldEntry { field: ActivityField::Thread, kind: FieldKind::Thread, default: Some("a thread of its own"), only_real_time: true,
         other_names: &["group", "callback_group", "executor", "queue", "work_queue"], example: "control",
-        values: "the name of the thread that executes it, and other activities with this thread; or its id in `[platform] threads`",
+        values: "the name of the thread that executes it, and other activities with this thread",
         meaning: "The thread that executes the activity, and all others with a thread of this name: one job after another, each with \
                   the releases of its own activity, such as the callbacks of an executor. They have one priority and the same CPUs. \
                   A text, such as `\"/nav@Timer(100000000)\"`, is the id of a callback group, or the name of another thread, in the files of \

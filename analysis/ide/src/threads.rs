@@ -46,3 +46,104 @@ pub(crate) fn threads_with_activities<'db>(
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use std::ops::Range;
+
+    use mauve_hir::ModelDb;
+    use mauve_syntax::TextSize;
+
+    use crate::code_actions::{ActionKind, ActionQuestion, Changes, code_actions};
+    use crate::document_links::document_links;
+    use crate::fixture::{Fixture, project_with};
+    use crate::inlay_hints::{HintOptions, table_hints};
+    use mauve_syntax::TextRange;
+
+    const ROBOT: &str = "codel see(): int
+codel plan(): int
+shell S { }
+core See(S) { update = { see(); } }
+core Plan(S) { update = { plan(); } }
+component Eye(S, See)
+component Planner(S, Plan)
+architecture A { instance eye: Eye  instance planner: Planner  instance slow: Planner }
+deployment D {
+  architecture A
+  activity eye { thread = \"/eye@Timer(10000000)\"  period = 10 }
+  activity planner { thread = \"/planner@Timer(100000000)\"  order = any  period = 100 }
+  activity slow { thread = \"/planner@Timer(100000000)\"  order = any  period = 200 }
+}
+//- /mauve.toml
+timing.tables = [\"t.toml\"]
+platform = { cpus = 2, threads = [\"threads.yaml\"], rt_throttling = false }
+//- /t.toml
+[codel]
+see = 4
+plan = 7
+//- /threads.yaml
+# é
+callback_groups:
+  - id: /eye@Timer(10000000) # fast
+    policy: SCHED_FIFO$0
+    priority: 20
+    affinity: [0]
+  - {id: /planner@Timer(100000000), policy: SCHED_FIFO, priority: 90, affinity: [0]}
+  - {id: /log@Service(/x), policy: SCHED_OTHER, nice: 0}
+";
+
+    #[test]
+    fn hints_and_hovers_stand_beside_the_groups() {
+        let Fixture { db, workspace, file, .. } = &Fixture::new(ROBOT);
+        let project = project_with(db, *workspace, *file).unwrap();
+        let text = file.text(db);
+        let all = TextRange::up_to(TextSize::of(&**text));
+        let (hints, _) = table_hints(db, &[project], *file, all, HintOptions::default(), None);
+        let shown: Vec<_> = hints
+            .iter()
+            .map(|it| (text[..usize::from(it.offset)].lines().last().unwrap().trim(), it.label.as_str()))
+            .collect();
+        let group = "- {id: /planner@Timer(100000000), policy: SCHED_FIFO, priority: 90, affinity: [0]}";
+        assert_eq!(
+            shown,
+            [
+                ("- id: /eye@Timer(10000000) # fast", "✗ 18 / 10 ms"),
+                (group, "planner: ✓ 14 / 100 ms"),
+                (group, "slow: ✓ 14 / 200 ms"),
+            ]
+        );
+        let hover = Fixture::new(ROBOT).hover().unwrap().markdown;
+        assert!(hover.contains("18") && hover.contains("planner"), "{hover}");
+        assert!(Fixture::new(&ROBOT.replace("$0", "").replace("/log", "$0/log")).hover().is_none());
+    }
+
+    #[test]
+    fn actions_change_the_file() {
+        let Fixture { db, workspace, file, offset } = &Fixture::new(ROBOT);
+        let project = project_with(db, *workspace, *file);
+        let range = TextRange::empty(*offset);
+        let kinds = &[ActionKind::Rewrite, ActionKind::QuickFix];
+        let question = ActionQuestion { file: *file, range, diagnostics: &[], kinds, changes: Changes::All };
+        let actions = code_actions(db, &[*workspace], project, question);
+        let titles: Vec<_> = actions.iter().map(|it| it.title.as_str()).collect();
+        let swap = actions
+            .iter()
+            .find(|it| it.title.starts_with("Move eye"))
+            .unwrap_or_else(|| panic!("{titles:?}"));
+        let edited = swap.change.as_ref().unwrap().applied(db, *file);
+        assert_eq!(edited, file.text(db).replacen("affinity: [0]", "affinity: [1]", 1), "{titles:?}");
+    }
+
+    #[test]
+    fn the_id_leads_to_its_entry() {
+        let Fixture { db, workspace, file, .. } = &Fixture::new(ROBOT);
+        let model = workspace.file(db, "/model.mal".as_ref()).unwrap();
+        let project = project_with(db, *workspace, model);
+        let links = document_links(db, *workspace, project, model);
+        assert_eq!(links.len(), 3);
+        assert!(links.iter().all(|it| it.target == *file));
+        let at = usize::from(links[0].at.unwrap());
+        assert!(file.text(db)[at..].starts_with("/eye@Timer(10000000) # fast"));
+        assert_eq!(&model.text(db)[Range::<usize>::from(links[1].range)], "/planner@Timer(100000000)");
+    }
+}
