@@ -440,7 +440,7 @@ pub use findings::{
 use lists::enumerated;
 pub use lists::{all_of, each_once, grouped, known_utilisation, utilisation};
 pub use reasons::{EXHAUSTED, model_reason, reasons_of, short_reason, timing_reason};
-pub use table_reasons::{times_of, unusable_time};
+pub use table_reasons::{file_problem, times_of, unusable_time};
 use timing_facts::timing_diagnostic;
 pub use types::type_name;
 

@@ -109,15 +109,15 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
             format!("{keys} unknown keys: this may be a table of another project")
         }
         TableFault::Observed(kind) => observed_error(kind),
-        TableFault::Threads(kind) => thread_problem(kind),
+        TableFault::Threads(kind) => file_problem(kind),
         TableFault::Throttling => "the throttling of real-time threads is analysed with 950000 us of 1000000 us, or without a limit (`runtime_us: -1`)"
             .to_owned(),
         TableFault::OfOverhead(key) => format!("move `{key}` to [overhead]"),
     }
 }
 
-/// Returns the message of a problem in a file of `[platform] threads`.
-pub(super) fn thread_problem(kind: &FileProblemKind) -> String {
+/// Returns the message of a problem in a file of ROS 2.
+pub fn file_problem(kind: &FileProblemKind) -> String {
     use FileProblemKind as Kind;
     match kind {
         Kind::Syntax(error) => format!("not YAML: {error}"),

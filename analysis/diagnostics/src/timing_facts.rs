@@ -62,9 +62,7 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::ThreadWithoutActivity { of, id, has_priority } => {
             not_analysed::thread_without_activity(at, of.name(db), id, *has_priority)
         }
-        Fact::ThreadFile(kind) => {
-            Diagnostic::new(&UNKNOWN_TIMING_KEY, at, table_reasons::thread_problem(kind))
-        }
+        Fact::ThreadFile(kind) => Diagnostic::new(&UNKNOWN_TIMING_KEY, at, file_problem(kind)),
         Fact::InvalidTable(fault) => invalid_table::report(db, at, fault),
         Fact::RepeatedTime { key, first } => invalid_table::repeated(db, at, key, first),
         Fact::UnknownTimingKey { kind, key, near, fixed } => {

@@ -51,7 +51,6 @@ pub(crate) fn threads_with_activities<'db>(
 mod tests {
     use std::ops::Range;
 
-    use mauve_hir::ModelDb;
     use mauve_syntax::TextSize;
 
     use crate::code_actions::{ActionKind, ActionQuestion, Changes, code_actions};

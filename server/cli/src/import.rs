@@ -2,24 +2,30 @@
 
 mod model;
 mod recorded;
+mod threads;
 mod unknown;
 
 use std::path::{Path, PathBuf};
 
-use mauve_hir::ros2_files::{NamedPath, read_named_paths};
+use mauve_diagnostics::file_problem;
+use mauve_hir::ros2_files::{NamedPath, read_named_paths, read_threads};
+use mauve_hir::{normalised, relative_path};
 use mauve_projects::destination::{destination, destination_folder};
 use mauve_projects::disk::text_of;
 use mauve_projects::output::{Output, say};
 use mauve_projects::replace::create;
 use mauve_pwcet::trace::{Ros2Release, Source, TraceError, TraceReader};
+use mauve_wcrt::pattern_of_path;
 
 use crate::text::{Sheet, argument, counted, duration, wrapped};
 use crate::trace::{import_recordings, recording_warnings, trace_error};
 use recorded::{System, Times, released_by};
+use threads::{THREADS, Threads};
 
 #[derive(Debug, clap::Args)]
 pub struct Import {
-    /// A folder that LTTng has recorded with the events of `ros2_tracing`, or an `architecture.yaml` of CARET, whose paths become chains.
+    /// A folder that LTTng has recorded with the events of `ros2_tracing`; an `architecture.yaml` of CARET, whose paths become chains; or the
+    /// `threads.yaml` of the callback-isolated executor, which has the priorities and CPUs.
     #[arg(value_name = "PATH", required = true, value_hint = clap::ValueHint::AnyPath)]
     paths: Vec<PathBuf>,
     /// The folder of the project. Files that it has are kept; without it, nothing is written.
@@ -46,7 +52,8 @@ impl Import {
             let of = reader.finish();
             recording_warnings(&recording.display().to_string(), &of).iter().for_each(|warning| say(warning));
         }
-        let system = System { graph: reader.ros2(), times: times.0, paths: named_paths(&files)? };
+        let (paths, threads) = read_files(&files, self.output.as_deref())?;
+        let system = System { graph: reader.ros2(), times: times.0, paths, threads };
         if system.executed().next().is_none() {
             return Err(format!("{}: no callback of ROS 2 was executed in it", first.display()));
         }
@@ -68,28 +75,44 @@ impl Import {
     }
 }
 
-/// Reads the paths in files of CARET.
-fn named_paths(files: &[PathBuf]) -> Result<Vec<NamedPath>, String> {
+/// Reads files of CARET, and a file of threads.
+fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<(Vec<NamedPath>, Threads), String> {
     let mut all = Vec::new();
+    let mut threads = Threads { path: THREADS.to_owned(), file: None };
     for file in files {
+        let shown = file.display();
         let (text, problem) = text_of(file);
         if let Some(problem) = problem {
-            return Err(format!("cannot read `{}`: {problem}", file.display()));
+            return Err(format!("cannot read `{shown}`: {problem}"));
         }
-        let (paths, problems) = read_named_paths(&text);
+        let read = read_threads(&text);
+        let is_of_threads = !read.groups.is_empty() || !read.others.is_empty();
+        let (paths, of_paths) = read_named_paths(&text);
+        let (kind, problems) = match is_of_threads {
+            true => ("a `threads.yaml`", &read.problems),
+            false => ("an `architecture.yaml` of CARET", &of_paths),
+        };
         if let Some(problem) = problems.iter().find(|it| it.kind.is_error()) {
             let line = text.get(..problem.range.start).map_or(1, |before| before.matches('\n').count() + 1);
             return Err(format!(
-                "{}:{line}: an `architecture.yaml` of CARET has something else here",
-                file.display()
+                "{shown}:{line}: {kind} has something else here: {}",
+                file_problem(&problem.kind)
             ));
         }
-        if paths.is_empty() {
-            say(&format!("`{}` has no `named_paths`", file.display()));
+        if is_of_threads {
+            if threads.file.is_some() {
+                return Err(format!("`{shown}`: name one `threads.yaml`"));
+            }
+            let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+            let folder = folder.and_then(|it| std::path::absolute(it).ok()).unwrap_or_default();
+            let path = relative_path(&normalised(&folder), &normalised(&path)).display().to_string();
+            threads = Threads { path: pattern_of_path(&path), file: Some(read) };
+        } else if paths.is_empty() {
+            say(&format!("`{shown}` has neither `callback_groups` nor `named_paths`"));
         }
         all.extend(paths);
     }
-    Ok(all)
+    Ok((all, threads))
 }
 
 /// Writes the files that a folder does not have. Returns what to print.

@@ -8,24 +8,31 @@ use mauve_projects::harmless::harmless_line;
 use mauve_pwcet::trace::{ROS2_LIBRARY, RecordedThread, Ros2Callback, Ros2Release, ros2_identifier};
 
 use super::recorded::{MOST_WRITES, System, released_by};
+use super::threads::{self, THREADS};
 use super::unknown;
 
 /// The file beside the sample file, with the greatest times.
 const OBSERVED: &str = "recorded.observed.toml";
 
 /// Returns the files of a project, with their names.
-pub(super) fn files(system: &System<'_>) -> [(&'static str, String); 4] {
+pub(super) fn files(system: &System<'_>) -> Vec<(&'static str, String)> {
     let (model, chains) = Model::of(system);
-    [
-        ("mauve.toml", configuration(system) + &chains),
+    let threads = model.new_threads();
+    let has_threads = system.threads.file.is_some() || !threads.is_empty();
+    let mut files = vec![
+        ("mauve.toml", configuration(system, has_threads) + &chains),
         ("system.mal", model.text()),
         ("timing.toml", times(system)),
         ("README.md", about(system)),
-    ]
+    ];
+    files.extend(Some((THREADS, threads::written(&threads))).filter(|_| !threads.is_empty()));
+    files
 }
 
-fn configuration(system: &System<'_>) -> String {
-    let cpus = system.graph.last_cpu.map_or(1, |it| it.min(127) + 1);
+fn configuration(system: &System<'_>, has_threads: bool) -> String {
+    let cpus = system.graph.last_cpu.max(system.threads.last_cpu()).map_or(1, |it| it.min(127) + 1);
+    let path = toml_edit::Value::from(system.threads.path.as_str());
+    let threads = if has_threads { format!("threads = [{path}]\n") } else { String::new() };
     format!(
         r#"# A system of ROS 2: see README.md.
 
@@ -39,7 +46,7 @@ observed = ["{OBSERVED}"]
 # Callbacks began on these.
 [platform]
 cpus = {cpus}
-
+{threads}
 # What the topics carry: a recording does not say it.
 [types.Message]
 cpp = "std::vector<unsigned char>"
@@ -313,7 +320,20 @@ impl<'a> Model<'a> {
             false => 0,
         };
         self.deployment(&mut text, "Recorded", "The priorities of the recording.", recorded);
-        if self.parts.iter().any(|part| recorded(part) == 0) {
+        let ids: Vec<Option<String>> = self.parts.iter().map(|it| self.thread_id(it)).collect();
+        if ids.iter().any(Option::is_some) {
+            let _ = writeln!(
+                text,
+                "\n  // A thread for each callback group, with the priority and the CPUs of {}: `mauve tune` searches for better ones.\n  \
+                 deployment Isolated {{\n    architecture System",
+                comment(&self.system.threads.path)
+            );
+            for (part, id) in self.parts.iter().zip(ids) {
+                let place = id.map(|it| format!(" thread = \"{it}\"  order = any"));
+                text += &part.activity(place, self.system);
+            }
+            self.end_deployment(&mut text);
+        } else if self.parts.iter().any(|part| recorded(part) == 0) {
             let what = "A thread with a priority for each callback group: `mauve tune` searches for better priorities, and for CPUs.";
             let ranks = self.ranks();
             self.deployment(&mut text, "Isolated", what, |part| {
@@ -321,6 +341,24 @@ impl<'a> Model<'a> {
             });
         }
         text + "}\n"
+    }
+
+    /// Returns the id of the thread of a part in the file of threads.
+    fn thread_id(&self, part: &Part<'_>) -> Option<String> {
+        self.system.threads.id(self.system.graph, part.callback)
+    }
+
+    /// Returns the threads of a new file, with their priorities.
+    fn new_threads(&self) -> BTreeMap<String, u32> {
+        let ranks = self.ranks();
+        let mut found: BTreeMap<String, u32> = BTreeMap::new();
+        for part in self.parts.iter().filter(|_| self.system.threads.file.is_none()) {
+            let Some(id) = self.thread_id(part) else { continue };
+            let rank = ranks.get(part.thread_name()).copied().unwrap_or(1);
+            let of = found.entry(id).or_default();
+            *of = (*of).max(rank);
+        }
+        found
     }
 
     /// Returns a priority for each thread: the shorter its deadlines, the higher.
@@ -345,8 +383,15 @@ impl<'a> Model<'a> {
         }
         for part in &self.parts {
             let priority = priorities.get(part.thread_name()).copied().unwrap_or(0);
-            *text += &part.activity(priority, self.system);
+            let thread =
+                part.thread.as_ref().map_or(String::new(), |it| format!(" thread = {it}  order = any "));
+            let place = (priority > 0).then(|| format!("{thread} priority = {priority}"));
+            *text += &part.activity(place, self.system);
         }
+        self.end_deployment(text);
+    }
+
+    fn end_deployment(&self, text: &mut String) {
         if !self.outside.is_empty() {
             let _ = writeln!(text, "    activity {} {{ priority = background }}", OUTSIDE[0]);
         }
@@ -412,16 +457,11 @@ impl<'a> Part<'a> {
         self.thread.as_deref().unwrap_or(&self.callback.name)
     }
 
-    fn activity(&self, priority: u32, system: &System<'_>) -> String {
+    /// Returns its activity. `place`: the fields that say with which priority it is executed; none in the background.
+    fn activity(&self, place: Option<String>, system: &System<'_>) -> String {
         let name = &self.callback.name;
-        if priority == 0 {
-            return format!("    activity {name} {{ priority = background }}\n");
-        }
-        let mut text = format!("    activity {name} {{");
-        if let Some(thread) = &self.thread {
-            let _ = write!(text, " thread = {thread}  order = any ");
-        }
-        let _ = write!(text, " priority = {priority}");
+        let Some(place) = place else { return format!("    activity {name} {{ priority = background }}\n") };
+        let mut text = format!("    activity {name} {{{place}");
         if let Ros2Release::Timer(period) = self.callback.release {
             let _ = writeln!(text, "  period = {} }}", milliseconds(period.max(1)));
             return text;
@@ -591,7 +631,10 @@ mod tests {
         for callback in &graph.callbacks {
             times.0.entry(callback.name.clone()).or_default();
         }
-        let files: BTreeMap<_, _> = files(&System { graph, times: times.0, paths }).into_iter().collect();
+        let files: BTreeMap<_, _> =
+            files(&System { graph, times: times.0, paths, threads: Default::default() })
+                .into_iter()
+                .collect();
         let db = Database::default();
         let texts = ["mauve.toml", "system.mal", "timing.toml"].map(|it| (it, files[it].clone()));
         let texts = texts.into_iter().chain([(OBSERVED, "unit = \"ms\"\n".to_owned())]);

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use mauve_hir::ros2_files::NamedPath;
 use mauve_pwcet::trace::{Ros2Callback, Ros2Graph, Ros2Release, Span, SpanKind, SpanNames, Visitor};
 
+use super::threads::Threads;
 use crate::text::duration;
 
 /// The most messages of one execution in a model: more are a loop, and count as those that no callback publishes.
@@ -18,6 +19,8 @@ pub(super) struct System<'a> {
     pub(super) times: BTreeMap<String, CallbackTimes>,
     /// The paths that people look at.
     pub(super) paths: Vec<NamedPath>,
+    /// The file of threads that is named, or that is written.
+    pub(super) threads: Threads,
 }
 
 /// The execution times of a callback.

@@ -34,6 +34,15 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
             counted(background, "callback"),
         ));
     }
+    let without = system.executed().filter(|(_, it, _)| system.threads.id(graph, it).is_none());
+    let without: Vec<&str> = without.map(|(_, it, _)| it.name.as_str()).collect();
+    if system.threads.file.is_some() && !without.is_empty() {
+        lines.push(format!(
+            "in the background in `Isolated`: {}, for which {} has no entry, or several",
+            without.join(", "),
+            system.threads.path,
+        ));
+    }
     let services = count(&|release, _| matches!(release, Ros2Release::Service(_)));
     if services > 0 {
         lines.push(format!(
