@@ -29,7 +29,7 @@ pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, why: &Invalid
         }
         InvalidValue::NoInputPort(name, shell, near) => (format!("no input port `{name}` in {shell}"), near),
         InvalidValue::UnknownThread(id, near) => {
-            (format!("no thread `{id}` in the files of `[platform] threads` of mauve.toml"), near)
+            (format!("no thread `{id}`, or several, in the files of `[platform] threads` of mauve.toml"), near)
         }
         InvalidValue::OfThread => {
             (format!("the thread has the {} in its file: remove it here", field.keyword()), &None)

@@ -97,8 +97,9 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
         values: "the name of the thread that executes it, and other activities with this thread",
         meaning: "The thread that executes the activity, and all others with a thread of this name: one job after another, each with \
                   the releases of its own activity, such as the callbacks of an executor. They have one priority and the same CPUs. \
-                  A text, such as `\"/nav@Timer(100000000)\"`, is the id of a callback group, or the name of another thread, in the files of \
-                  `[platform] threads`: its priority and its CPUs are written there." },
+                  A text is the id of a callback group, or the name of another thread, in the files of `[platform] threads`: its priority and its \
+                  CPUs are written there. Of the callbacks of a group, those suffice that no other one of the node has: \
+                  `\"/nav@Timer(100000000)\"`." },
     FieldEntry { field: ActivityField::Order, kind: FieldKind::Order, default: Some("`fifo`"), only_real_time: true,
         other_names: &["policy", "scheduling"], example: "any",
         values: "the order of the jobs in the thread: fifo, or any",

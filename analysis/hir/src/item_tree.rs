@@ -837,14 +837,6 @@ impl Activity {
         self.instances.iter().any(|it| it.name == *instance)
     }
 
-    /// Returns the name or the id of its thread, if one is written.
-    pub fn thread(&self) -> Option<&Name> {
-        match &self.field(ActivityField::Thread)?.value {
-            Expr::Literal(Literal::String(id), _) => Some(id),
-            value => value.as_name().map(|it| &it.name),
-        }
-    }
-
     /// Returns the value of a field: the first one.
     pub fn field(&self, field: ActivityField) -> Option<&Field> {
         self.fields.iter().find(|it| it.name.name == field.keyword())

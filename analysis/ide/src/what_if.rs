@@ -304,7 +304,7 @@ pub fn edit_of_fields<'db>(
     let has = |all: &[Field], field: ActivityField| all.iter().any(|it| it.name.name == field.keyword());
     let any_has = |field| data.activities.iter().any(|it| has(&it.fields, field));
     let lists_cpus = any_has(ActivityField::Cpus) && !any_has(ActivityField::Affinity);
-    for WhatIfField { instance, field, value } in &in_threads(data, fields) {
+    for WhatIfField { instance, field, value } in &in_threads(data, declared, fields) {
         let Some(activity) = data.activities.iter().find(|it| it.executes(instance)) else {
             continue;
         };

@@ -663,6 +663,7 @@ impl<'db> SystemReader<'db> {
             }
             return true;
         };
+        found.thread_name = all.thread_of(activity);
         found.declared_thread = Some((id, written.value_id));
         for field in [ActivityField::Priority].into_iter().chain(PLACES) {
             let own = fields.written.get(&field).filter(|it| it.name.id != activity.name.id);

@@ -5,11 +5,14 @@
 
 use std::ops::Range;
 
-use mauve_hir::item_tree::Name;
+use mauve_hir::item_tree::{Activity, Name};
 use mauve_hir::ros2_files::{
     GroupId, ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_threads,
 };
-use mauve_hir::{File, Location, ModelDb, Workspace, config_file, config_of, platform_of};
+use mauve_hir::{
+    FieldKind, FieldValue, File, Location, ModelDb, Workspace, config_file, config_of, platform_of,
+};
+use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{CpuSet, Priority};
 use rustc_hash::FxHashMap;
 
@@ -48,6 +51,8 @@ pub struct DeclaredThread {
     pub place: ThreadPlace,
     /// Its id without `@Waitable`, or its name. `/ns/node/*` is that of each callback group of the node without an entry of its own.
     pub id: Name,
+    /// The id, if it is one of a callback group.
+    group: Option<GroupId>,
     /// Its priority: in the background with the policies that are not for real time.
     pub priority: Priority,
     /// Whether threads of its priority take turns.
@@ -64,6 +69,8 @@ pub struct DeclaredThreads {
     /// In the order of the files; of each, those of callback groups first.
     pub all: Vec<DeclaredThread>,
     by_id: FxHashMap<Name, usize>,
+    /// The threads of each node.
+    by_node: FxHashMap<Name, Vec<usize>>,
     /// Why threads may be missing.
     pub(crate) fault: Option<IncompleteTable>,
     /// Whether they count on the throttling of real-time threads; none where they do not say it.
@@ -105,6 +112,9 @@ pub fn declared_threads(db: &dyn ModelDb, workspace: Workspace) -> DeclaredThrea
     }
     for index in 0..found.all.len() {
         let Some(thread) = found.all.get(index) else { continue };
+        if let Some(group) = &thread.group {
+            found.by_node.entry(group.of_node().to_string().into()).or_default().push(index);
+        }
         // Which of two counts is not known.
         let Some(first) = found.by_id.insert(thread.id.clone(), index) else { continue };
         for index in [first, index] {
@@ -130,6 +140,7 @@ fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<Decla
         file,
         place,
         id,
+        group: entry.group.clone(),
         priority,
         is_round_robin: policy == Some(&ThreadPolicy::RoundRobin),
         cpus: entry.affinity.known().copied().unwrap_or(CpuSet::NONE),
@@ -199,17 +210,38 @@ impl DeclaredThread {
 
     /// Returns whether several threads may have the entry.
     pub(crate) fn is_wildcard(&self) -> bool {
-        self.id.ends_with("/*")
+        self.group.as_ref().is_some_and(|it| it.is_wildcard)
     }
 }
 
 impl DeclaredThreads {
-    /// Returns the thread with this id; of a callback group, that of all groups of its node where it has none of its own.
+    /// Returns the thread with this id; of a callback group, otherwise the only one of its node with all its callbacks, then that of all
+    /// groups of the node.
     pub fn find(&self, id: &str) -> Option<&DeclaredThread> {
-        let any = || {
-            let node = GroupId { callbacks: Vec::new(), is_wildcard: true, ..id.parse().ok()? };
-            self.by_id.get(node.to_string().as_str())
-        };
-        self.all.get(*self.by_id.get(id).or_else(any)?)
+        if let Some(index) = self.by_id.get(id) {
+            return self.all.get(*index);
+        }
+        let id: GroupId = id.parse().ok()?;
+        let of_node = self.by_node.get(id.of_node().to_string().as_str()).into_iter().flatten();
+        let of_node = of_node.filter_map(|index| self.all.get(*index));
+        let mut having = of_node.clone().filter(|it| it.group.as_ref().is_some_and(|of| of.includes(&id)));
+        match (having.next(), having.next()) {
+            (None, _) => of_node.clone().find(|it| it.is_wildcard()),
+            (only, None) => only,
+            _ => None,
+        }
+    }
+
+    /// Returns the name of the thread of an activity: those that one entry names have one. The groups of `/ns/node/*` have one each.
+    pub fn thread_of(&self, activity: &Activity) -> Option<Name> {
+        match FieldKind::Thread.read(activity.field(ActivityField::Thread)?).ok()? {
+            FieldValue::DeclaredThread(id) => {
+                let id = id_of_thread(&id);
+                let entry = self.find(&id).filter(|it| !it.is_wildcard());
+                Some(entry.map_or(id, |it| it.id.clone()))
+            }
+            FieldValue::Thread(name) => Some(name),
+            _ => None,
+        }
     }
 }

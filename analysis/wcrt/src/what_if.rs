@@ -10,6 +10,7 @@ use mauve_timing::Time;
 
 use crate::reason::ActivityField;
 use crate::system::{ResolvedActivity, System, read};
+use crate::threads::{DeclaredThreads, declared_threads};
 use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
 use mauve_hir::{Decl, ModelDb, PLACES, Project, deployment, same_fields};
 
@@ -53,18 +54,24 @@ pub(crate) fn system_if<'db>(
     of: Decl<'db>,
     what_if: &[WhatIfField],
 ) -> System<'db> {
-    let read = |data| read(db, project, of, &with_fields(data, what_if));
+    let declared = declared_threads(db, project.workspace(db));
+    let read = |data| read(db, project, of, &with_fields(data, declared, what_if));
     deployment(db, of).map_or_else(System::default, read)
 }
 
 /// Returns the values with those that the other activities of a thread get with them: it has one priority, and one set of CPUs.
-pub fn in_threads(data: &Deployment, what_if: &[WhatIfField]) -> Vec<WhatIfField> {
+pub fn in_threads(
+    data: &Deployment,
+    declared: &DeclaredThreads,
+    what_if: &[WhatIfField],
+) -> Vec<WhatIfField> {
     let mut all = Vec::new();
     for it in what_if {
-        let own = data.activities.iter().find(|of| of.executes(&it.instance)).and_then(|of| of.thread());
+        let own =
+            data.activities.iter().find(|of| of.executes(&it.instance)).and_then(|of| declared.thread_of(of));
         let is_of_thread = it.field == ActivityField::Priority || PLACES.contains(&it.field);
         let own = own.filter(|_| is_of_thread);
-        let mates = data.activities.iter().filter(|of| own.is_some() && of.thread() == own);
+        let mates = data.activities.iter().filter(|of| own.is_some() && declared.thread_of(of) == own);
         let mates = mates.flat_map(|of| &of.instances).filter(|of| of.name != it.instance);
         all.extend(mates.map(|of| WhatIfField { instance: of.name.clone(), ..it.clone() }));
         all.push(it.clone());
@@ -72,8 +79,8 @@ pub fn in_threads(data: &Deployment, what_if: &[WhatIfField]) -> Vec<WhatIfField
     all
 }
 
-fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {
-    let what_if = in_threads(data, what_if);
+fn with_fields(data: &Deployment, declared: &DeclaredThreads, what_if: &[WhatIfField]) -> Deployment {
+    let what_if = in_threads(data, declared, what_if);
     let mut data = data.clone();
     for WhatIfField { instance, field, value } in &what_if {
         for activity in data.activities.iter_mut().filter(|it| it.executes(instance)) {

@@ -8,7 +8,7 @@ mod unknown;
 use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::file_problem;
-use mauve_hir::ros2_files::{NamedPath, read_named_paths, read_threads};
+use mauve_hir::ros2_files::{NamedPath, ThreadsFile, read_named_paths, read_threads};
 use mauve_hir::{normalised, relative_path};
 use mauve_projects::destination::{destination, destination_folder};
 use mauve_projects::disk::text_of;
@@ -53,7 +53,9 @@ impl Import {
             recording_warnings(&recording.display().to_string(), &of).iter().for_each(|warning| say(warning));
         }
         let (paths, threads) = read_files(&files, self.output.as_deref())?;
-        let system = System { graph: reader.ros2(), times: times.0, paths, threads };
+        let (path, file) = threads.map_or((THREADS.to_owned(), None), |(path, file)| (path, Some(file)));
+        let graph = reader.ros2();
+        let system = System { graph, times: times.0, paths, threads: Threads::new(graph, path, file) };
         if system.executed().next().is_none() {
             return Err(format!("{}: no callback of ROS 2 was executed in it", first.display()));
         }
@@ -75,10 +77,13 @@ impl Import {
     }
 }
 
+/// Paths, and a file of threads with its path from the folder of the project.
+type ReadFiles = (Vec<NamedPath>, Option<(String, ThreadsFile)>);
+
 /// Reads files of CARET, and a file of threads.
-fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<(Vec<NamedPath>, Threads), String> {
+fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<ReadFiles, String> {
     let mut all = Vec::new();
-    let mut threads = Threads { path: THREADS.to_owned(), file: None };
+    let mut threads = None;
     for file in files {
         let shown = file.display();
         let (text, problem) = text_of(file);
@@ -100,13 +105,13 @@ fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<(Vec<NamedPath
             ));
         }
         if is_of_threads {
-            if threads.file.is_some() {
+            if threads.is_some() {
                 return Err(format!("`{shown}`: name one `threads.yaml`"));
             }
             let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
             let folder = folder.and_then(|it| std::path::absolute(it).ok()).unwrap_or_default();
             let path = relative_path(&normalised(&folder), &normalised(&path)).display().to_string();
-            threads = Threads { path: pattern_of_path(&path), file: Some(read) };
+            threads = Some((pattern_of_path(&path), read));
         } else if paths.is_empty() {
             say(&format!("`{shown}` has neither `callback_groups` nor `named_paths`"));
         }

@@ -43,6 +43,27 @@ pub enum GroupCallback {
 pub struct InvalidGroupId;
 
 impl GroupId {
+    /// Returns the id of the node, without callbacks.
+    #[must_use]
+    pub fn of_node(&self) -> GroupId {
+        GroupId { callbacks: Vec::new(), is_wildcard: false, ..self.clone() }
+    }
+
+    /// Returns whether a group is one of the same node, with all these callbacks and perhaps more: those of a group say which it is, so that
+    /// nobody has to write the services of its parameters.
+    ///
+    /// ```
+    /// use mauve_hir::ros2_files::GroupId;
+    /// let id = |text: &str| text.parse::<GroupId>().unwrap();
+    /// assert!(id("/eye@Service(/eye/get_parameters)@Timer(1000)").includes(&id("/eye@Timer(1000)")));
+    /// assert!(!id("/eye@Timer(1000)").includes(&id("/hand@Timer(1000)")));
+    /// ```
+    pub fn includes(&self, few: &GroupId) -> bool {
+        let is_same_node = (&self.namespace, &self.node) == (&few.namespace, &few.node);
+        let has = |it: &GroupCallback| self.callbacks.contains(it);
+        is_same_node && !few.callbacks.is_empty() && few.callbacks.iter().all(has)
+    }
+
     /// Returns the id with its callbacks in the order of Agnocast's executor.
     #[must_use]
     pub fn sorted(mut self) -> GroupId {

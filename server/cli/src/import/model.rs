@@ -353,9 +353,9 @@ impl<'a> Model<'a> {
         let ranks = self.ranks();
         let mut found: BTreeMap<String, u32> = BTreeMap::new();
         for part in self.parts.iter().filter(|_| self.system.threads.file.is_none()) {
-            let Some(id) = self.thread_id(part) else { continue };
+            let Some(id) = self.system.threads.recorded(part.callback) else { continue };
             let rank = ranks.get(part.thread_name()).copied().unwrap_or(1);
-            let of = found.entry(id).or_default();
+            let of = found.entry(id.to_string()).or_default();
             *of = (*of).max(rank);
         }
         found

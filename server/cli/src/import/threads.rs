@@ -1,6 +1,6 @@
 //! The threads of an imported system: the entries of a `threads.yaml`, or a new one with an entry for each callback group.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write as _;
 
 use mauve_hir::ros2_files::{GroupCallback, GroupId, ThreadEntry, ThreadsFile};
@@ -16,24 +16,62 @@ pub(super) struct Threads {
     pub(super) path: String,
     /// What it says; none if it is to be written.
     pub(super) file: Option<ThreadsFile>,
+    /// The ids of the recorded groups, as Agnocast's executor writes them, by their index.
+    recorded: BTreeMap<usize, GroupId>,
+    /// The groups of the file, or the recorded ones.
+    groups: Vec<GroupId>,
+    /// Those of a node with a callback, by their indices.
+    having: HashMap<(GroupId, GroupCallback), Vec<usize>>,
+    /// The nodes with an entry for all other groups.
+    wildcards: HashSet<GroupId>,
 }
 
 impl Threads {
-    /// Returns the id of the thread of a callback. In a file, that is the entry of the recorded group; without one, the only entry of
-    /// its node with the callback; without any, the group, if the node has an entry for all others.
+    pub(super) fn new(graph: &Ros2Graph, path: String, file: Option<ThreadsFile>) -> Threads {
+        let mut members: BTreeMap<usize, Vec<&Ros2Callback>> = BTreeMap::new();
+        for callback in &graph.callbacks {
+            members.entry(callback.group.unwrap_or(usize::MAX)).or_default().push(callback);
+        }
+        members.remove(&usize::MAX);
+        // Those that were never executed are in the id, too.
+        let id = |(group, all): (usize, Vec<&Ros2Callback>)| {
+            Some((group, group_of(graph, &all).filter(|it| it.callbacks.len() == all.len())?))
+        };
+        let recorded: BTreeMap<usize, GroupId> = members.into_iter().filter_map(id).collect();
+        let groups: Vec<GroupId> = match &file {
+            Some(file) => file.groups.iter().filter_map(|it| it.group.clone()).collect(),
+            None => recorded.values().cloned().collect(),
+        };
+        let mut having: HashMap<(GroupId, GroupCallback), Vec<usize>> = HashMap::new();
+        for (index, group) in groups.iter().enumerate() {
+            for callback in &group.callbacks {
+                having.entry((group.of_node(), callback.clone())).or_default().push(index);
+            }
+        }
+        let wildcards = groups.iter().filter(|it| it.is_wildcard).map(GroupId::of_node).collect();
+        Threads { path, file, recorded, groups, having, wildcards }
+    }
+
+    /// Returns the recorded id of the group of a callback.
+    pub(super) fn recorded(&self, callback: &Ros2Callback) -> Option<&GroupId> {
+        self.recorded.get(&callback.group?)
+    }
+
+    /// Returns the id of the thread of a callback: with this callback alone, where no other group of its node has one like it.
     pub(super) fn id(&self, graph: &Ros2Graph, callback: &Ros2Callback) -> Option<String> {
-        let recorded = recorded_group(graph, callback);
-        let Some(file) = &self.file else { return recorded.map(|it| it.to_string()) };
         let own = group_of(graph, &[callback])?;
-        let of_node = |it: &&GroupId| (&it.namespace, &it.node) == (&own.namespace, &own.node);
-        let all: Vec<&GroupId> =
-            file.groups.iter().filter_map(|it| it.group.as_ref()).filter(of_node).collect();
-        let is_it = |it: &&&GroupId| recorded.as_ref().is_some_and(|of| (**it).clone().sorted() == *of);
-        let mut having = all.iter().filter(|it| own.callbacks.iter().all(|of| it.callbacks.contains(of)));
-        let only = having.next().filter(|_| having.next().is_none());
-        let any = || recorded.clone().or(Some(own.clone())).filter(|_| all.iter().any(|it| it.is_wildcard));
-        let found = all.iter().find(is_it).or(only.filter(|it| !it.is_wildcard));
-        found.map(|it| (*it).clone()).or_else(any).map(|it| it.to_string())
+        let recorded = self.recorded(callback);
+        let having = self.having.get(&(own.of_node(), own.callbacks.first()?.clone()));
+        let mut having = having.into_iter().flatten().filter_map(|it| self.groups.get(*it));
+        let found = match (having.next(), having.next()) {
+            (None, _) => self.wildcards.contains(&own.of_node()).then(|| recorded.cloned().unwrap_or(own)),
+            (_, None) => Some(own),
+            (Some(first), Some(second)) => {
+                let mut all = [first, second].into_iter().chain(having);
+                all.find(|it| recorded == Some(&(**it).clone().sorted())).cloned()
+            }
+        };
+        found.map(|it| it.to_string())
     }
 
     /// Returns the greatest number of a CPU in the file, from 0.
@@ -41,13 +79,6 @@ impl Threads {
         let entries = self.file.iter().flat_map(|it| it.groups.iter().chain(&it.others));
         entries.filter_map(|it: &ThreadEntry| it.affinity.known()?.iter().last()).max()
     }
-}
-
-/// Returns the id of the group of a callback, as Agnocast's executor writes it: with the callbacks that were never executed.
-fn recorded_group(graph: &Ros2Graph, callback: &Ros2Callback) -> Option<GroupId> {
-    let group = callback.group?;
-    let all: Vec<&Ros2Callback> = graph.callbacks.iter().filter(|it| it.group == Some(group)).collect();
-    group_of(graph, &all).filter(|it| it.callbacks.len() == all.len())
 }
 
 /// Returns the id of a group with these callbacks of one node.
