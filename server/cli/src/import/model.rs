@@ -595,6 +595,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::super::recorded::Times;
+    use super::super::threads::Threads;
     use super::*;
 
     /// A callback for each entry: its node, what releases it, and the topics that it publishes.
@@ -631,13 +632,13 @@ mod tests {
         for callback in &graph.callbacks {
             times.0.entry(callback.name.clone()).or_default();
         }
+        let threads = Threads::new(graph, THREADS.to_owned(), None);
         let files: BTreeMap<_, _> =
-            files(&System { graph, times: times.0, paths, threads: Default::default() })
-                .into_iter()
-                .collect();
+            files(&System { graph, times: times.0, paths, threads }).into_iter().collect();
         let db = Database::default();
         let texts = ["mauve.toml", "system.mal", "timing.toml"].map(|it| (it, files[it].clone()));
         let texts = texts.into_iter().chain([(OBSERVED, "unit = \"ms\"\n".to_owned())]);
+        let texts = texts.chain(files.get(THREADS).map(|it| (THREADS, it.clone())));
         let workspace =
             Workspace::of_texts(&db, "/".into(), texts.map(|(name, text)| (format!("/{name}").into(), text)));
         let projects = projects(&db, workspace);
@@ -712,7 +713,8 @@ mod tests {
         /// Names of ROS 2 may be keywords here, and a recording may have any text.
         #[test]
         fn any_names_give_a_model(
-            entries in proptest::collection::vec((0..9_usize, 0..9_usize, 0..4_u8, proptest::collection::vec(0..9_usize, 0..4)), 1..6)
+            entries in proptest::collection::vec((0..9_usize, 0..9_usize, 0..4_u8, proptest::collection::vec(0..9_usize, 0..4)), 1..6),
+            groups in proptest::collection::vec(proptest::option::of(0..3_usize), 6),
         ) {
             const NAMES: [&str; 9] = ["/in", "/in_data", "/a_b", "/update", "/read", "/é\"}\n", "/3d", "/void", ""];
             let entries: Vec<_> = entries.into_iter().map(|(node, topic, kind, topics)| {
@@ -724,7 +726,9 @@ mod tests {
                 };
                 (NAMES[node], release, topics.into_iter().map(|it| NAMES[it]).collect())
             }).collect();
-            let (files, errors) = checked(&graph(&entries), Vec::new());
+            let mut graph = graph(&entries);
+            graph.callbacks.iter_mut().zip(groups).for_each(|(it, group)| it.group = group);
+            let (files, errors) = checked(&graph, Vec::new());
             prop_assert!(errors.is_empty(), "{errors:?} in {}", files["system.mal"]);
         }
     }

@@ -107,3 +107,75 @@ pub(super) fn written(threads: &BTreeMap<String, u32>) -> String {
     }
     text + "non_ros_threads: []\n"
 }
+
+#[cfg(test)]
+mod tests {
+    use mauve_hir::ros2_files::read_threads;
+    use mauve_pwcet::trace::Ros2Group;
+
+    use super::*;
+
+    /// A node `/eye` with these callbacks, each with its group.
+    fn graph(callbacks: &[(Ros2Release, Option<usize>)]) -> Ros2Graph {
+        let mut graph = Ros2Graph { nodes: vec!["/eye".to_owned()], ..Ros2Graph::default() };
+        for (release, group) in callbacks {
+            let mut callback = Ros2Callback::default();
+            (callback.node, callback.release, callback.group) = (Some(0), release.clone(), *group);
+            graph.callbacks.push(callback);
+        }
+        graph.groups = vec![Ros2Group::default(); 3];
+        graph
+    }
+
+    fn timer(group: Option<usize>) -> (Ros2Release, Option<usize>) {
+        (Ros2Release::Timer(1000), group)
+    }
+
+    fn topic(name: &str, group: Option<usize>) -> (Ros2Release, Option<usize>) {
+        (Ros2Release::Subscription(name.to_owned()), group)
+    }
+
+    /// The ids of all callbacks; `-` for none.
+    fn ids(graph: &Ros2Graph, file: Option<&str>) -> Vec<String> {
+        let threads = Threads::new(graph, THREADS.to_owned(), file.map(read_threads));
+        graph.callbacks.iter().map(|it| threads.id(graph, it).unwrap_or_else(|| "-".to_owned())).collect()
+    }
+
+    #[test]
+    fn a_callback_names_its_group_where_no_other_has_one_like_it() {
+        let graph = graph(&[
+            timer(Some(0)),
+            topic("/a", Some(0)),
+            timer(Some(1)),
+            topic("/b", Some(1)),
+            topic("not a name", Some(2)),
+        ]);
+        let groups = ["/eye@Subscription(/a)@Timer(1000)", "/eye@Subscription(/b)@Timer(1000)"];
+        assert_eq!(
+            ids(&graph, None),
+            [groups[0], "/eye@Subscription(/a)", groups[1], "/eye@Subscription(/b)", "-"]
+        );
+        // Another executor has another order.
+        let file = "callback_groups:\n- {id: /eye@Timer(1000)@Subscription(/a), policy: SCHED_IDLE, nice: 0, affinity: [2, 3]}\n\
+                    - {id: /eye@Timer(1000)@Subscription(/b), policy: SCHED_IDLE, nice: 0}\n";
+        let own = ["/eye@Timer(1000)@Subscription(/a)", "/eye@Timer(1000)@Subscription(/b)"];
+        assert_eq!(
+            ids(&graph, Some(file)),
+            [own[0], "/eye@Subscription(/a)", own[1], "/eye@Subscription(/b)", "-"]
+        );
+        assert_eq!(Threads::new(&graph, String::new(), Some(read_threads(file))).last_cpu(), Some(3));
+    }
+
+    #[test]
+    fn without_recorded_groups_the_entries_say_it() {
+        let graph = graph(&[timer(None), topic("/a", None)]);
+        assert_eq!(ids(&graph, None), ["-", "-"]);
+        let file = |id: &str| {
+            format!(
+                "callback_groups:\n- {{id: {id}, policy: SCHED_IDLE, nice: 0}}\n- {{id: /hand/*, policy: SCHED_IDLE, nice: 0}}\n"
+            )
+        };
+        assert_eq!(ids(&graph, Some(&file("/eye@Subscription(/b)@Timer(1000)"))), ["/eye@Timer(1000)", "-"]);
+        assert_eq!(ids(&graph, Some(&file("/eye/*"))), ["/eye@Timer(1000)", "/eye@Subscription(/a)"]);
+    }
+}
