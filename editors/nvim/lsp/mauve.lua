@@ -8,14 +8,14 @@ local generate = require('mauve.generate')
 return {
   name = 'mauve',
   cmd = mauve.command(),
-  -- The server follows mauve.toml and timing tables while they are edited: response times change with them.
-  filetypes = { 'mauve', 'toml' },
+  -- The server follows what mauve.toml names while it is edited: response times change with it.
+  filetypes = mauve.filetypes,
 
   root_dir = function(buffer, start)
     local project = vim.fs.root(buffer, 'mauve.toml')
     if project then
       start(project)
-    elseif vim.bo[buffer].filetype ~= 'toml' then
+    elseif vim.bo[buffer].filetype == 'mauve' then
       start(vim.fs.root(buffer, '.git'))
     end
   end,

@@ -22,6 +22,10 @@ vim.api.nvim_create_autocmd('LspAttach', {
     if not client or client.name ~= 'mauve' then
       return
     end
+    -- The server formats models alone: elsewhere, `gq` would do nothing.
+    if vim.bo[event.buf].filetype ~= 'mauve' and #vim.lsp.get_clients({ bufnr = event.buf }) == 1 then
+      vim.bo[event.buf].formatexpr = nil
+    end
     if mauve.settings().inlay_hints ~= false then
       figures.attach(client, event.buf)
     end
@@ -51,7 +55,7 @@ vim.api.nvim_create_autocmd({ 'TextChanged', 'TextChangedI', 'TextChangedP', 'Di
   callback = function(event)
     -- A buffer that is being wiped out has no options.
     local is_ours = event.event == 'WinResized' or vim.api.nvim_buf_is_loaded(event.buf)
-      and vim.list_contains({ 'mauve', 'toml' }, vim.bo[event.buf].filetype)
+      and vim.list_contains(mauve.filetypes, vim.bo[event.buf].filetype)
     if package.loaded['mauve.drawings'] and is_ours then
       require('mauve.drawings').update()
     end
@@ -73,7 +77,7 @@ vim.api.nvim_create_autocmd({ 'CursorMoved', 'CursorMovedI' }, {
 
 vim.api.nvim_create_autocmd('FileType', {
   group = group,
-  pattern = { 'mauve', 'toml' },
+  pattern = mauve.filetypes,
   callback = function(event)
     mauve.attach(event.buf)
   end,

@@ -585,6 +585,37 @@ check('a quick fix', function()
   wait_for_hint('navigation', '! 997 / 1000')
 end)
 
+check('the YAML of an executor has the figures of its threads, and no other YAML', function()
+  local outside = vim.fs.joinpath(vim.fs.dirname(checking.folder), 'threads.yaml')
+  vim.fn.system({ vim.fs.joinpath(vim.fs.dirname(vim.env.MAUVE_TEST_SCRIPT), '../threads'), checking.folder })
+  vim.fn.writefile(vim.fn.readfile(in_robot('threads.yaml')), outside)
+  vim.cmd('edit!')
+  local group = 'id: /gmapping'
+  local threads = open('threads.yaml')
+  wait('a hint beside the callback group', function()
+    return drawn(threads, group)
+  end, function(hints)
+    return hints[1] and hints[1].text:find('✓ 789 / 1000', 1, true) and hints[1].group == 'MauveMet'
+  end)
+  equal({ 'yaml', '' }, { vim.bo.filetype, vim.bo.formatexpr })
+  local other = open('other.yaml')
+  wait('a client', function()
+    return vim.lsp.get_clients({ bufnr = other, name = 'mauve' })
+  end, function(clients)
+    return #clients == 1
+  end)
+  -- The answer about the other file is later than its own.
+  replace(threads, 'priority: 3', '3', '2')
+  replace(threads, 'affinity', '[1]', '[0]')
+  wait_for_hint('gmapping', '✗')
+  equal({ {}, {} }, { drawn(other, group), vim.diagnostic.get(other) })
+  vim.cmd.edit(outside)
+  equal({ 'yaml', {} }, { vim.bo.filetype, vim.lsp.get_clients({ bufnr = 0 }) })
+  vim.cmd.buffer(deployment)
+  vim.cmd('bwipeout! ' .. threads)
+  wait_for_hint('gmapping', '✓ 789 / 1000')
+end)
+
 check('the server can be restarted', function()
   -- Neovim asks again when it is told to, even if it has just said that it leaves; then it is refused, and shows that.
   vim.wait(500)

@@ -227,7 +227,7 @@ end
 
 --- Draws the figures of a buffer anew.
 local function update(buffer, client)
-  if not vim.list_contains({ 'mauve', 'toml' }, vim.bo[buffer].filetype) then
+  if not vim.list_contains(mauve.filetypes, vim.bo[buffer].filetype) then
     return
   end
   states[buffer] = states[buffer] or { hints = {}, marks = {} }

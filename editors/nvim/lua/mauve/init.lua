@@ -2,6 +2,9 @@
 
 local M = {}
 
+--- Models, tables and `mauve.toml`, and what an executor of ROS 2 reads: those of other folders are nobody's business.
+M.filetypes = { 'mauve', 'toml', 'yaml' }
+
 ---@class mauve.Settings  What `vim.g.mauve` may hold.
 ---@field server? { path?: string, arguments?: string[] }
 ---@field inlay_hints? boolean
