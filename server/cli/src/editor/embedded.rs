@@ -40,6 +40,7 @@ embedded!(HELIX, "helix":
     "languages.toml",
     "runtime/grammars/mauve.md",
     "runtime/queries/mauve-toml/highlights.scm",
+    "runtime/queries/mauve-yaml/highlights.scm",
 );
 
 embedded!(EMACS, "emacs": "mauve-autoloads.el", "mauve-pkg.el", "mauve.el");
