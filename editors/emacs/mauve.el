@@ -5,8 +5,8 @@
 
 ;;; Commentary:
 
-;; Major modes for MAUVE models (`.mal') and for the configuration and the timing table of a project.  They start the language
-;; server `mauve lsp' with Eglot, which shows response times as inlay hints.
+;; Major modes for MAUVE models (`.mal'), for the configuration and the timing table of a project, and for the `threads.yaml' of
+;; its executor.  They start the language server `mauve lsp' with Eglot, which shows response times as inlay hints.
 
 ;;; Code:
 
@@ -66,8 +66,19 @@ A text where no line does is ours: a new one, or an incomplete one."
 The Meta Attack Language and \"Make a Lisp\" have the same extension."
   (if (mauve--ours-p)
       (mauve-mode)
-    (let ((auto-mode-alist (rassq-delete-all #'mauve-recognise (copy-sequence auto-mode-alist))))
-      (set-auto-mode))))
+    (mauve--leave #'mauve-recognise)))
+
+;;;###autoload
+(defun mauve-recognise-yaml ()
+  "Select the major mode of a `threads.yaml': other projects may have one."
+  (if (locate-dominating-file default-directory "mauve.toml")
+      (mauve-yaml-mode)
+    (mauve--leave #'mauve-recognise-yaml)))
+
+(defun mauve--leave (function)
+  "Select the major mode that a file has without FUNCTION."
+  (let ((auto-mode-alist (rassq-delete-all function (copy-sequence auto-mode-alist))))
+    (set-auto-mode)))
 
 ;;; Syntax
 
@@ -195,7 +206,7 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
     (mauve--request-verdict server))
 
   (add-to-list 'eglot-server-programs
-               `((mauve-mode (mauve-toml-mode :language-id "toml"))
+               `((mauve-mode (mauve-toml-mode :language-id "toml") (mauve-yaml-mode :language-id "yaml"))
                  . ,(lambda (&rest _) (list 'mauve-server mauve-program "lsp")))))
 
 ;;; The verdict
@@ -284,6 +295,19 @@ recordings."
   ;; Other projects may have a `timing.toml'.
   (when (locate-dominating-file default-directory "mauve.toml")
     (mauve--start)))
+
+(declare-function yaml-mode "yaml-mode")
+
+(defun mauve--yaml-mode ()
+  "Run the major mode for YAML that this Emacs has."
+  (cond ((fboundp 'yaml-mode) (yaml-mode))
+        ((and (fboundp 'treesit-ready-p) (treesit-ready-p 'yaml t)) (yaml-ts-mode))
+        (t (conf-colon-mode))))
+
+;;;###autoload
+(define-derived-mode mauve-yaml-mode mauve--yaml-mode "MAUVE YAML"
+  "Major mode for the threads of an executor of ROS 2."
+  (mauve--start))
 
 (provide 'mauve)
 

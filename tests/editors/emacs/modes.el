@@ -75,4 +75,10 @@
 (find-file (expand-file-name "mauve.toml" robot))
 (check 'mauve-toml-mode major-mode "mauve.toml")
 
+(dolist (name '("threads.yaml" "mauve.yaml"))
+  (find-file (expand-file-name name robot))
+  (check (equal name "threads.yaml") (eq major-mode 'mauve-yaml-mode) name))
+(find-file (expand-file-name "../threads.yaml" robot))
+(check nil (eq major-mode 'mauve-yaml-mode) "threads.yaml of another project")
+
 ;;; modes.el ends here
