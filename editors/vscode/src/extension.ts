@@ -21,7 +21,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     "mauve.generateOrocos": (uri: string, deployment?: string) => generate(server, uri, deployment),
   });
 
-  // A project begins and ends with its mauve.toml: which TOML files the server gets depends on it.
+  // A project begins and ends with its mauve.toml: which TOML and YAML files the server gets depends on it.
   const projects = vscode.workspace.createFileSystemWatcher("**/mauve.toml", false, true, false);
   context.subscriptions.push(
     log,

@@ -2,6 +2,7 @@ import * as vscode from "vscode";
 import { Layout, Look, room, widths } from "./columns";
 import { Figure, Status, statuses, text, worst } from "./label";
 import { moved } from "./moved";
+import { languages } from "./recognise";
 import { InlayHint, InlayHintRequest, InlayHintResolveRequest, Middleware } from "vscode-languageclient/node";
 
 /** Asks the server; nothing where it cannot answer now. */
@@ -178,7 +179,7 @@ export class Figures implements vscode.Disposable {
 
   private async updateDocument(document: vscode.TextDocument): Promise<void> {
     const key = document.uri.toString();
-    if (!["mauve", "toml"].includes(document.languageId)) {
+    if (!languages.includes(document.languageId)) {
       return;
     }
     if (!isDrawn(document)) {

@@ -2,6 +2,7 @@ import * as path from "node:path";
 import * as vscode from "vscode";
 import type { WorkspaceEdit } from "vscode-languageclient/node";
 import { behindLinks } from "./find";
+import { languages } from "./recognise";
 import { messageOf, Server } from "./server";
 
 /** What the server answers to `mauve/generate`. */
@@ -18,7 +19,7 @@ interface Generated {
 /** Asks which packages are to be generated, of the projects that have the text in the active editor; generates them. */
 export async function generatePackages(server: Server): Promise<void> {
   const document = vscode.window.activeTextEditor?.document;
-  if (document === undefined || !["mauve", "toml"].includes(document.languageId)) {
+  if (document === undefined || !languages.includes(document.languageId)) {
     void vscode.window.showInformationMessage("Open a model first: packages are generated for its project.");
     return;
   }

@@ -8,6 +8,7 @@ import { Latest } from "./latest";
 import { hasLost, typingTime } from "./lost";
 import { litAt, Places, placesOf } from "./lit";
 import { moved } from "./moved";
+import { languages } from "./recognise";
 import { messageOf, Server } from "./server";
 import { valuesOf } from "./values";
 
@@ -390,7 +391,7 @@ function subjectOf(uri: unknown, place?: Partial<Subject>): Subject | undefined 
     return { ...place, uri: vscode.Uri.parse(named).toString() };
   }
   const editor = vscode.window.activeTextEditor ?? vscode.window.visibleTextEditors[0];
-  if (editor === undefined || !["mauve", "toml"].includes(editor.document.languageId)) {
+  if (editor === undefined || !languages.includes(editor.document.languageId)) {
     return undefined;
   }
   const { line, character } = editor.selection.active;

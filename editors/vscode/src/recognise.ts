@@ -4,6 +4,9 @@
  * and comments. So the first thing that is neither tells.
  */
 
+/** The languages of a project: models, tables and `mauve.toml`, and what an executor of ROS 2 reads. */
+export const languages = ["mauve", "toml", "yaml"];
+
 /** Whose language a `.mal` text is in, or `undefined` where it does not say, as while it is empty. */
 export function languageOf(text: string): "mauve" | "mal" | undefined {
   const rest = text.replace(/^\uFEFF?(?:\s+|\/\/.*|\/\*[^]*?\*\/|include\s*"[^"\n]*")*/, "");

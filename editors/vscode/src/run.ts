@@ -6,6 +6,7 @@ import * as path from "node:path";
 import * as vscode from "vscode";
 import type { Graph } from "./answers";
 import { bodyOf, Comparison, Observed, observedOf, Periods, width } from "./observed";
+import { languages } from "./recognise";
 import { messageOf, Server } from "./server";
 
 /** So often, in milliseconds, the figures of a run that goes on are read. */
@@ -206,7 +207,7 @@ export class Runs implements vscode.Disposable {
     }
     const [config] = await vscode.workspace.findFiles("**/mauve.toml", undefined, 1);
     const active = vscode.window.activeTextEditor?.document;
-    const uri = active !== undefined && ["mauve", "toml"].includes(active.languageId) ? active.uri : config;
+    const uri = active !== undefined && languages.includes(active.languageId) ? active.uri : config;
     if (uri?.scheme !== "file") {
       void vscode.window.showInformationMessage("Open a model of a project on a disk first.");
       return undefined;

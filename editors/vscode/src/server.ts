@@ -321,6 +321,11 @@ function findProgram(extension: string): Found {
 class QuietClient extends LanguageClient {
   override registerFeature(feature: StaticFeature | DynamicFeature<unknown>): void {
     const isOfLenses = "registrationType" in feature && feature.registrationType.method === CodeLensRequest.method;
+    if ("registrationType" in feature && /formatting|foldingRange/i.test(feature.registrationType.method)) {
+      // Of models alone: in TOML and YAML, VS Code would ask the user whose formatter to take, and not fold by indentation.
+      const { initialize } = feature;
+      feature.initialize = (capabilities) => initialize.call(feature, capabilities, models);
+    }
     if (!isOfLenses) {
       super.registerFeature(feature);
     }
@@ -343,8 +348,13 @@ class QuietClient extends LanguageClient {
   }
 }
 
+const models = [
+  { language: "mauve", scheme: "file" },
+  { language: "mauve", scheme: "untitled" },
+];
+
 /**
- * Models, and TOML files below a `mauve.toml`: which of them are timing tables only the server knows. Those of other
+ * Models, and TOML and YAML files below a `mauve.toml`: which of them the project names only the server knows. Those of other
  * folders are nobody's business.
  */
 async function documentSelector(): Promise<DocumentSelector> {
@@ -352,12 +362,8 @@ async function documentSelector(): Promise<DocumentSelector> {
   const folders = new Set(projects.filter(({ scheme }) => scheme === "file").map(({ fsPath }) => path.dirname(fsPath)));
   const tables = [...folders].map((folder) => ({
     scheme: "file",
-    pattern: new vscode.RelativePattern(vscode.Uri.file(folder), "**/*.toml"),
+    pattern: new vscode.RelativePattern(vscode.Uri.file(folder), "**/*.{toml,yaml,yml}"),
   }));
-  const models = [
-    { language: "mauve", scheme: "file" },
-    { language: "mauve", scheme: "untitled" },
-  ];
   // The client hands patterns on to VS Code as they are; only its type wants a string.
   return [...models, ...tables] as DocumentSelector;
 }

@@ -340,6 +340,18 @@ async function checkInside() {
   }
 }
 
+/** The YAML of an executor has the figures of its threads, and no other YAML. */
+async function checkThreads() {
+  spawnSync(path.join(import.meta.dirname, "../threads"), [model]);
+  const group = () => editor().then(({ lines }) => lines.find((line) => line.includes("id: /gmapping")) ?? "no such line");
+  await openAt("threads.yaml", "priority: 3");
+  await expect("the hint at the callback group: ✓ 789 / 1000", group, (line) => line.includes("✓ 789 / 1000 ms"));
+  await openAt("other.yaml", "priority: 3");
+  await page.waitForTimeout(500);
+  await expect("none in another YAML", editor, ({ lines, underlined }) => lines.every((line) => !line.includes("✓")) && underlined.length === 0);
+  await openAt("deployment.mal", "activity gmapping");
+}
+
 /** Starts VS Code once more, with the path of a server that does not exist: it says so, and shows no figure. */
 async function checkNoServer() {
   writeFileSync(process.env.MAUVE_TEST_SETTINGS, JSON.stringify({ "mauve.server.path": "/no/such/server" }));
@@ -353,7 +365,7 @@ async function checkNoServer() {
 
 try {
   const tools = { page, expect, command, run, status, statusItem, fillQuickInput, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
-  for (const part of [check, checkTyping, checkWidths, checkSilence, checkPanels, checkRecordings, checkGeneration, checkInside, checkFirstRun, checkNoServer]) {
+  for (const part of [check, checkTyping, checkWidths, checkSilence, checkPanels, checkRecordings, checkGeneration, checkInside, checkThreads, checkFirstRun, checkNoServer]) {
     progress.check = part.name;
     const start = performance.now();
     await part(tools);

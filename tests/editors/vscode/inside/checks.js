@@ -227,6 +227,9 @@ const checks = {
       await vscode.commands.executeCommand("editor.action.formatDocument");
       assert.ok(document.getText().includes("priority = background"), document.getText());
     });
+    // Nothing that would replace another extension, or folds by indentation.
+    const { uri } = await open("mauve.toml");
+    assert.strictEqual(await vscode.commands.executeCommand("vscode.executeFormatDocumentProvider", uri, { tabSize: 2, insertSpaces: true }), undefined);
   },
   async "semantic tokens"() {
     const document = await open("components/navigation.mal");
