@@ -104,6 +104,10 @@ fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
             let with_name = |label: &String| with_name(name, label);
             (hint.label, hint.labels) = (with_name(&hint.label), hint.labels.iter().map(with_name).collect());
             hint.labels.dedup();
+            // A shorter form says more than a form without its end.
+            if let Some(whole) = hint.labels.iter().position(|label| !label.ends_with('…')) {
+                hint.labels.drain(..whole);
+            }
         }
         hint
     };
@@ -131,4 +135,27 @@ pub fn hash_of_hints(
     };
     let of_each: Vec<(u64, u64)> = declarations(db, file).all.iter().map(of_declaration).collect();
     hash_of((of_each, earlier.hash_of_lacking(db, project, file)))
+}
+
+#[cfg(test)]
+mod tests {
+    use mauve_diagnostics::figure::HintStatus;
+
+    use super::super::label::Texts;
+    use super::*;
+
+    #[test]
+    fn a_form_without_its_end_is_left_out_where_a_shorter_one_is_whole() {
+        let forms = ["✓ 26 / 100 ms ▰▱▱▱▱▱ 26 %", "✓ 26 / 100 ms ▰▱▱▱▱▱", "✓"];
+        let labels = |forms: &[&str]| {
+            let of = |name: &str| {
+                let texts = Texts::of(forms.iter().map(|it| (*it).to_owned()));
+                let hint = InlayHint::new(0.into(), texts, MOST_CHARACTERS, HintStatus::Met, None);
+                HintOf { hint, subject: Some(HintSubject::Activity(name.into())), figure: None, room: 0 }
+            };
+            on_lines(vec![of("planner"), of("a")]).swap_remove(0).labels
+        };
+        assert_eq!(labels(&forms), ["planner: ✓ 26 / 100 ms ▰▱▱▱▱▱", "planner: ✓"]);
+        assert_eq!(labels(&forms[..1]), ["planner: ✓ 26 / 100 ms ▰▱▱▱▱▱ 2…"]);
+    }
 }
