@@ -9,7 +9,7 @@ use mauve_timing::CpuSet;
 use saphyr_parser::ScalarStyle;
 
 use super::controllers::read_controllers;
-use super::threads::{ThreadEntry, ThreadPolicy, read_threads};
+use super::threads::{ThreadEntry, ThreadPlace, ThreadPolicy, read_threads};
 use super::yaml::{Lookup, NodeId, NodeKind, Yaml, YamlNode, parse};
 
 /// An edit of a text: a range in bytes, and the text instead. Several edits are in the order of the text, and do not overlap.
@@ -38,19 +38,6 @@ pub enum EditRefusal {
     InvalidValue,
     /// The edited text would have other keys or values.
     NotConfirmed,
-}
-
-/// A thread in a file, by its index.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, salsa::SalsaValue)]
-pub enum ThreadPlace {
-    /// In `callback_groups` of a `threads.yaml`.
-    Group(usize),
-    /// In `non_ros_threads` of a `threads.yaml`.
-    Other(usize),
-    /// The control loop of a manager in a `controllers.yaml`.
-    Manager(usize),
-    /// An asynchronous controller in a `controllers.yaml`: the indices of its manager, and of the controller.
-    Controller(usize, usize),
 }
 
 /// A change of a thread; `None`: as before.

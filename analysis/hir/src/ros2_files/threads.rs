@@ -21,7 +21,6 @@ use std::ops::Range;
 use mauve_timing::CpuSet;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::edit::ThreadPlace;
 use super::group_id::{GroupId, without_waitables};
 use super::problem::{ExpectedValue, FileProblem, FileProblemKind};
 use super::value::{ValueReader, YamlValue, cpus, is_null};
@@ -44,6 +43,19 @@ pub struct ThreadsFile {
     pub problems: Vec<FileProblem>,
     /// Whether readers take the file, and read these values.
     pub completeness: Completeness,
+}
+
+/// A thread in a file, by its index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, salsa::SalsaValue)]
+pub enum ThreadPlace {
+    /// In `callback_groups` of a `threads.yaml`.
+    Group(usize),
+    /// In `non_ros_threads` of a `threads.yaml`.
+    Other(usize),
+    /// The control loop of a manager in a `controllers.yaml`.
+    Manager(usize),
+    /// An asynchronous controller in a `controllers.yaml`: the indices of its manager, and of the controller.
+    Controller(usize, usize),
 }
 
 impl ThreadsFile {

@@ -117,7 +117,8 @@ mod tests {
 
     /// A node `/eye` with these callbacks, each with its group.
     fn graph(callbacks: &[(Ros2Release, Option<usize>)]) -> Ros2Graph {
-        let mut graph = Ros2Graph { nodes: vec!["/eye".to_owned()], ..Ros2Graph::default() };
+        let mut graph = Ros2Graph::default();
+        graph.nodes.push("/eye".to_owned());
         for (release, group) in callbacks {
             let mut callback = Ros2Callback::default();
             (callback.node, callback.release, callback.group) = (Some(0), release.clone(), *group);
