@@ -185,7 +185,7 @@ fn a_thread_of_another_id_is_unknown() {
             a not-analysed: `b`, whose priority is unknown, may preempt it and is not analysed
             b not-analysed: its thread cannot be used; the thread `/b@Timer(20000001)` of threads.yaml may delay it, and no activity has it
             c not-analysed: the thread `/b@Timer(20000001)` of threads.yaml may delay it, and no activity has it; `b`, whose priority is unknown, may preempt it and is not analysed
-            /model.mal "\"/b@Timer(20000000)@Waitable\"" invalid-field: no thread `/b@Timer(20000000)` in the files of `[platform] threads` of mauve.toml; did you mean `/b@Timer(20000001)`?
+            /model.mal "\"/b@Timer(20000000)@Waitable\"" invalid-field: no thread `/b@Timer(20000000)`, or several, in the files of `[platform] threads` of mauve.toml; did you mean `/b@Timer(20000001)`?
             /threads.yaml "/b@Timer(20000001)" not-analysed: no activity of D has this thread, and what it may delay is not analysed: give its callbacks activities with `thread = "/b@Timer(20000001)"`, or declare `[[platform.other]]` with `name = "/b@Timer(20000001)"`, this priority, its CPUs and how much it executes
         "#]],
     );
