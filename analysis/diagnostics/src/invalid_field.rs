@@ -31,6 +31,9 @@ pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, why: &Invalid
         InvalidValue::UnknownThread(id, near) => {
             (format!("no thread `{id}`, or several, in the files of `[platform] threads` of mauve.toml"), near)
         }
+        InvalidValue::AbovePeriod(period) => {
+            (format!("the thread has the period {period} by its file: write a shorter one, or none"), &None)
+        }
         InvalidValue::OfThread => {
             (format!("the thread has the {} in its file: remove it here", field.keyword()), &None)
         }
@@ -53,7 +56,7 @@ fn expected(why: &InvalidValue) -> String {
         InvalidValue::NotBelow(period) => format!("a time less than the period of {period}"),
         InvalidValue::NoTime(why) => format!("{} ({})", FieldKind::Time.expected(), no_time(why)),
         InvalidValue::CpuZero => "CPUs from 1, the first one".to_owned(),
-        InvalidValue::UnknownThread(..) | InvalidValue::OfThread => FieldKind::Thread.expected().to_owned(),
+        InvalidValue::UnknownThread(..) | InvalidValue::OfThread | InvalidValue::AbovePeriod(_) => FieldKind::Thread.expected().to_owned(),
         InvalidValue::UnknownCpuSet(..) => FieldKind::CpuList.expected().to_owned(),
         InvalidValue::NoInputPort(..) => FieldKind::Ports.expected().to_owned(),
     }

@@ -312,6 +312,105 @@ fn another_deployment_needs_no_threads() {
     .assert_eq(&(verdicts(&with_other) + &diagnostics(&with_other)));
 }
 
+/// The control loop of ros2_control, and an asynchronous controller, on one CPU.
+const CONTROLLERS: &str = "controller_manager:
+  ros__parameters:
+    update_rate: 1000
+    thread_priority: 98
+    cpu_affinity: [0]
+    body: { type: body_controllers/BodyController }
+    plan: { type: plan_controllers/PlanController }
+plan:
+  ros__parameters:
+    update_rate: 20
+    is_async: true
+    async_parameters: { thread_priority: 40, cpu_affinity: [0] }
+";
+
+fn controlled(activities: &str, controllers: &str) -> String {
+    let config = CONFIG.replace("threads.yaml", "controllers.yaml");
+    let model = MODEL.replace("instance c: C4 ", "").replace("instance b: C2 ", "instance b: C4 ");
+    let times = TIMES.replace("one = 1", "one = 0.4");
+    let robot = format!(
+        "{model}{activities}}}\n//- /mauve.toml\n{config}//- /t.toml\n{times}//- /controllers.yaml\n{controllers}"
+    );
+    verdicts(&robot) + &diagnostics(&robot)
+}
+
+#[test]
+fn a_control_loop_has_its_rate_priority_and_cpus() {
+    let plan = "activity b { thread = \"/plan\" }\n";
+    let both = "activity a { thread = \"/controller_manager\" }\n".to_owned() + plan;
+    expect![[r#"
+        a met 0.4 ms
+        b met 7.8 ms
+    "#]]
+    .assert_eq(&controlled(&both, CONTROLLERS));
+    // The defaults: 100 Hz, priority 50, any CPU.
+    let defaults = CONTROLLERS.replace("    update_rate: 1000\n    thread_priority: 98\n", "");
+    expect![[r#"
+        a met 0.4 ms
+        b met 14.4 ms
+    "#]]
+    .assert_eq(&controlled(&both, &defaults));
+    // The loop comes more often than the model says.
+    let slow = "activity a { thread = \"/controller_manager\"  period = 2 }\n".to_owned() + plan;
+    expect![[r#"
+        a not-analysed: its period cannot be used
+        b not-analysed: `a` may preempt it and is not analysed
+        /model.mal "2" invalid-field: the thread has the period 1 ms by its file: write a shorter one, or none
+    "#]].assert_eq(&controlled(&slow, CONTROLLERS));
+    let short = "activity a { thread = \"/controller_manager\"  period = 0.5 }\n".to_owned() + plan;
+    expect![[r#"
+        a met 0.4 ms
+        b met 21 ms
+    "#]]
+    .assert_eq(&controlled(&short, CONTROLLERS));
+    // Of 20 Hz: at least half a cycle less than 50 ms.
+    let slow = both.replace("\"/plan\"", "\"/plan\"  period = 50");
+    expect![[r#"
+        a met 0.4 ms
+        b not-analysed: its period cannot be used
+        /model.mal "50" invalid-field: the thread has the period 49.5 ms by its file: write a shorter one, or none
+    "#]].assert_eq(&controlled(&slow, CONTROLLERS));
+    // No activity has the loop.
+    let other = "activity a { priority = 1  period = 10 }\n".to_owned() + plan;
+    expect![[r#"
+        a not-analysed: the thread `/controller_manager` of controllers.yaml may delay it, and no activity has it; `b` may preempt it and is not analysed
+        b not-analysed: the thread `/controller_manager` of controllers.yaml may delay it, and no activity has it
+        /controllers.yaml "1000" not-analysed: no activity of D has this thread, and what it may delay is not analysed: give its callbacks activities with `thread = "/controller_manager"`, or declare `[[platform.other]]` with `name = "/controller_manager"`, this priority, its CPUs and how much it executes
+    "#]].assert_eq(&controlled(&other, CONTROLLERS));
+    // Its reader refuses it.
+    expect![[r#"
+        a not-analysed: it has no priority; controllers.yaml: invalid `thread_priority`: expected an integer from 1 to 99, in decimal digits
+        b not-analysed: controllers.yaml: invalid `thread_priority`: expected an integer from 1 to 99, in decimal digits
+        /controllers.yaml "\"98\"" invalid-table: invalid `thread_priority`: expected an integer from 1 to 99, in decimal digits
+    "#]].assert_eq(&controlled(&both, &CONTROLLERS.replace("98", "\"98\"")));
+}
+
+#[test]
+fn callbacks_of_one_entry_have_one_thread() {
+    let group = "/a@Subscription(/x)@Timer(10000000)";
+    let file = fine().replace("/a@Timer(10000000)", group).replace("FIFO, priority: 30", "RR, priority: 30");
+    let robot = robot(&file, "").replace("/b@Timer(20000000)@Waitable", "/a@Subscription(/x)");
+    expect![[r#"
+        a met 3 ms
+        b met 3 ms
+        c not-analysed: the thread `/b@Timer(20000000)` of threads.yaml may delay it, and no activity has it
+        /threads.yaml "/b@Timer(20000000)" not-analysed: no activity of D has this thread, and what it may delay is not analysed: give its callbacks activities with `thread = "/b@Timer(20000000)"`, or declare `[[platform.other]]` with `name = "/b@Timer(20000000)"`, this priority, its CPUs and how much it executes
+    "#]].assert_eq(&(verdicts(&robot) + &diagnostics(&robot)));
+    // Another group has such a timer, too.
+    let two = file.replace("/b@Timer(20000000)", "/a@Subscription(/y)@Timer(10000000)");
+    let robot = robot.replace(&file, &two);
+    expect![[r#"
+        a not-analysed: its thread cannot be used; the thread `/a@Subscription(/y)@Timer(10000000)` of threads.yaml may delay it, and no activity has it
+        b not-analysed: `a`, whose priority is unknown, may preempt it and is not analysed
+        c not-analysed: the thread `/a@Subscription(/y)@Timer(10000000)` of threads.yaml may delay it, and no activity has it; `a`, whose priority is unknown, may preempt it and is not analysed
+        /model.mal "\"/a@Timer(10000000)\"" invalid-field: no thread `/a@Timer(10000000)`, or several, in the files of `[platform] threads` of mauve.toml
+        /threads.yaml "/a@Subscription(/y)@Timer(10000000)" not-analysed: no activity of D has this thread, and what it may delay is not analysed: give its callbacks activities with `thread = "/a@Subscription(/y)@Timer(10000000)"`, or declare `[[platform.other]]` with `name = "/a@Subscription(/y)@Timer(10000000)"`, this priority, its CPUs and how much it executes
+    "#]].assert_eq(&(verdicts(&robot) + &diagnostics(&robot)));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 

@@ -219,6 +219,8 @@ pub enum InvalidValue {
     NoMask(SourceId),
     /// It is not less than this period.
     NotBelow(Time),
+    /// It exceeds the period of the thread in its file.
+    AbovePeriod(Time),
     /// It is not a time.
     NoTime(NoTime),
     /// The files of `[platform] threads` have no thread of this id; with a similar id.

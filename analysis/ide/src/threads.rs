@@ -34,10 +34,8 @@ pub(crate) fn threads_with_activities<'db>(
         let first = found.len();
         for (index, activity) in system_of(db, project, deployment).activities.iter().enumerate() {
             let thread = activity.declared_thread.as_ref().and_then(|(id, _)| declared.find(id));
-            let Some(entry) = thread.filter(|it| it.file == file).and_then(|it| read.entry(it.place)) else {
-                continue;
-            };
-            let (range, id) = (range_of(&entry.range), range_of(entry.id.range().unwrap_or(&entry.range)));
+            let ranges = thread.filter(|it| it.file == file).and_then(|it| read.ranges(it.place));
+            let Some([range, id]) = ranges.map(|it| it.map(range_of)) else { continue };
             match found.iter_mut().skip(first).find(|it| it.range == range) {
                 Some(known) => known.activities.push(index),
                 None => found.push(ThreadAt { deployment, activities: vec![index], range, id }),

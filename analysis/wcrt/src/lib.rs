@@ -122,8 +122,8 @@ pub use system::{ResolvedActivity, System, Trigger, system_of};
 pub use table_set::{TableSet, all_tables_of, table_sets, tables_of, tables_of_host};
 pub use task_set::DeployedTasks;
 pub use threads::{
-    DeclaredThread, DeclaredThreads, declared_threads, input_files, is_throttled, place_of_thread,
-    thread_facts, thread_files, threads_in,
+    DeclaredThread, DeclaredThreads, ThreadFile, declared_threads, input_files, is_throttled,
+    place_of_thread, thread_facts, thread_files, threads_in,
 };
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of, levels_of_tables,

@@ -516,7 +516,8 @@ impl<'db> SystemReader<'db> {
             self.field((&mut found, instance), &mut fields, activity, field);
         }
         self.conflicts(&mut found, &fields);
-        let is_supplied = self.declared_thread(&mut found, activity, &fields);
+        let thread = self.declared_thread(&mut found, activity, &fields);
+        let is_supplied = thread.is_some();
         let has_wrong_field = found.refusals.len() > of_instance;
         if found.priority == Priority::Background && !has_wrong_field && !is_supplied {
             for &FieldEntry { field, .. } in ACTIVITY_FIELDS.iter().filter(|it| it.only_real_time) {
@@ -529,7 +530,11 @@ impl<'db> SystemReader<'db> {
         if activity.completeness.is_incomplete() && found.refusals.is_empty() {
             found.refuse(Reason::DamagedActivity, at.clone());
         }
-        let of_thread = |field| is_supplied && (field == ActivityField::Priority || PLACES.contains(&field));
+        let has_period = thread.flatten().is_some_and(|it| it.period.is_some());
+        let of_thread = |field| {
+            let has_place = field == ActivityField::Priority || PLACES.contains(&field);
+            is_supplied && has_place || has_period && PERIODS.contains(&field)
+        };
         let is_missing = |field| !fields.written.contains_key(&field) && !of_thread(field);
         // Where the period is missing, the priority may have its value; where an affinity names no CPU, the affinity may be
         // the priority. A field that is unknown may be any of the missing fields.
@@ -640,16 +645,16 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    /// Enters the priority and the CPUs of a thread of `[platform] threads`. Returns whether the activity names one: then it has no fields
-    /// for them, but those of a what-if question, which are at its name.
+    /// Enters the priority and the CPUs of a thread of `[platform] threads`, and the period that a control loop gives. Returns the thread, if the
+    /// activity names one: then it has no fields for them, but those of a what-if question, which are at its name.
     fn declared_thread(
         &mut self,
         found: &mut ResolvedActivity<'db>,
         activity: &Activity,
         fields: &WrittenFields<'_>,
-    ) -> bool {
-        let Some(written) = fields.written.get(&ActivityField::Thread) else { return false };
-        let Ok(FieldValue::DeclaredThread(id)) = FieldKind::Thread.read(written) else { return false };
+    ) -> Option<Option<&'db DeclaredThread>> {
+        let written = fields.written.get(&ActivityField::Thread)?;
+        let Ok(FieldValue::DeclaredThread(id)) = FieldKind::Thread.read(written) else { return None };
         let id = id_of_thread(&id);
         let all = declared_threads(self.db, self.project.workspace(self.db));
         let Some(thread) = all.find(&id) else {
@@ -661,7 +666,7 @@ impl<'db> SystemReader<'db> {
                 let unknown = InvalidValue::UnknownThread(id, near);
                 self.report(at, TimingFactKind::InvalidField(ActivityField::Thread, unknown));
             }
-            return true;
+            return Some(None);
         };
         found.thread_name = all.thread_of(activity);
         found.declared_thread = Some((id, written.value_id));
@@ -684,7 +689,21 @@ impl<'db> SystemReader<'db> {
         if PLACES.iter().all(|it| !fields.written.contains_key(it)) {
             found.task.cpus = Some(thread.cpus);
         }
-        true
+        found.task.jitter = found.task.jitter.max(thread.jitter);
+        // A shorter period is safe.
+        let of_period = PERIODS.into_iter().find_map(|it| fields.written.get(&it));
+        if let Some(period) = thread.period.filter(|of| found.period.is_none_or(|it| it > *of)) {
+            if let Some(written) = of_period {
+                found.refuse(Reason::UnusableField(ActivityField::Period), self.at(written.value_id));
+                let longer = InvalidValue::AbovePeriod(period);
+                self.report(
+                    self.at(written.value_id),
+                    TimingFactKind::InvalidField(ActivityField::Period, longer),
+                );
+            }
+            found.task.period = Some(period);
+        }
+        Some(Some(thread))
     }
 
     /// Returns whether a port whose data releases an activity is an input. Another fact reports why the features of its shell are
@@ -1061,10 +1080,8 @@ impl<'db> SystemReader<'db> {
                 let meets = it.cpus.unwrap_or(CpuSet::ALL).meets(activity.cpus.unwrap_or(CpuSet::ALL));
                 it.priority == activity.priority && meets
             };
-            let is_other = |it: &&ResolvedActivity<'db>| {
-                it.declared_thread.as_ref().map(|it| &it.0)
-                    != activity.declared_thread.as_ref().map(|it| &it.0)
-            };
+            let is_other =
+                |it: &&ResolvedActivity<'db>| self.thread_of(it).map(DeclaredThread::at) != Some(thread.at());
             if thread.is_wildcard()
                 || all.iter().filter(is_other).any(|it| shares(it))
                 || others.iter().any(shares)

@@ -1,4 +1,5 @@
-//! The threads of `[platform] threads`: priorities and CPUs that stand in the files of the callback-isolated executor of ROS 2.
+//! The threads of `[platform] threads`: priorities and CPUs that stand in the files of the callback-isolated executor of ROS 2, and in
+//! those of ros2_control.
 //!
 //! An activity with `thread = "ID"` has those of its thread, so that they are written once, where the robot reads them. Every edit of
 //! such a file changes the figures.
@@ -7,13 +8,14 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{Activity, Name};
 use mauve_hir::ros2_files::{
-    GroupId, ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_threads,
+    ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, GroupId, ThreadEntry,
+    ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers, read_threads,
 };
 use mauve_hir::{
     FieldKind, FieldValue, File, Location, ModelDb, Workspace, config_file, config_of, platform_of,
 };
 use mauve_syntax::keywords::ActivityField;
-use mauve_timing::{CpuSet, Priority};
+use mauve_timing::{CpuSet, Priority, Time};
 use rustc_hash::FxHashMap;
 
 use crate::fact::{TimingFact, TimingFactKind};
@@ -36,10 +38,47 @@ pub fn input_files(
     (all.into_iter().flat_map(|it| it.files.iter().copied()), all.into_iter().flat_map(|it| &it.errors))
 }
 
+/// A file of threads: one of the two has some.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct ThreadFile {
+    /// A `threads.yaml`.
+    pub threads: ThreadsFile,
+    /// A `controllers.yaml`.
+    pub controllers: ControllersFile,
+}
+
 /// Reads a file of threads.
 #[salsa::tracked(returns(ref))]
-pub fn threads_in(db: &dyn ModelDb, file: File) -> ThreadsFile {
-    read_threads(file.text(db))
+pub fn threads_in(db: &dyn ModelDb, file: File) -> ThreadFile {
+    let (threads, controllers) = (read_threads(file.text(db)), read_controllers(file.text(db)));
+    match threads.groups.is_empty() && threads.others.is_empty() && !controllers.managers.is_empty() {
+        true => ThreadFile { controllers, ..ThreadFile::default() },
+        false => ThreadFile { threads, ..ThreadFile::default() },
+    }
+}
+
+impl ThreadFile {
+    fn problems(&self) -> impl Iterator<Item = &FileProblem> {
+        self.threads.problems.iter().chain(&self.controllers.problems)
+    }
+
+    /// Returns the place of a thread: its whole entry, and what says which it is. For a control loop, that is its rate.
+    pub fn ranges(&self, place: ThreadPlace) -> Option<[&Range<usize>; 2]> {
+        let managers = &self.controllers.managers;
+        let entry = match place {
+            ThreadPlace::Group(index) => self.threads.groups.get(index)?,
+            ThreadPlace::Other(index) => self.threads.others.get(index)?,
+            ThreadPlace::Manager(index) => {
+                let it = managers.get(index)?;
+                return Some([&it.range, it.update_rate.range().unwrap_or(&it.range)]);
+            }
+            ThreadPlace::Controller(manager, index) => {
+                let it = managers.get(manager)?.controllers.get(index)?;
+                return Some([it.parameters.as_ref().unwrap_or(&it.name_range), &it.name_range]);
+            }
+        };
+        Some([&entry.range, entry.id.range().unwrap_or(&entry.range)])
+    }
 }
 
 /// What the files of threads say of a thread. It has no location: a comment in a file changes no figure.
@@ -59,6 +98,10 @@ pub struct DeclaredThread {
     pub(crate) is_round_robin: bool,
     /// Linux's CPUs from 0, which are CPUs from 1 here; empty for any.
     pub cpus: CpuSet,
+    /// The period of a control loop, or of a controller.
+    pub(crate) period: Option<Time>,
+    /// By how much its releases may be late.
+    pub(crate) jitter: Time,
     /// Why its priority is not known.
     pub(crate) doubt: Option<ThreadReason>,
 }
@@ -100,6 +143,8 @@ pub fn declared_threads(db: &dyn ModelDb, workspace: Workspace) -> DeclaredThrea
         let read = threads_in(db, file);
         let fault = faults(db, file).into_iter().next();
         found.fault = found.fault.take().or(fault.map(|(error, _)| IncompleteTable { file, error }));
+        found.all.extend(of_controllers(file, &read.controllers));
+        let read = &read.threads;
         if let (Some(runtime), Some(period)) =
             (read.throttling_runtime.known(), read.throttling_period.known())
         {
@@ -144,8 +189,60 @@ fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<Decla
         priority,
         is_round_robin: policy == Some(&ThreadPolicy::RoundRobin),
         cpus: entry.affinity.known().copied().unwrap_or(CpuSet::NONE),
+        period: None,
+        jitter: Time::ZERO,
         doubt,
     })
+}
+
+/// Returns the control loops of a file, and the asynchronous controllers: they have threads of `SCHED_FIFO`.
+///
+/// A loop of R Hz, whose cycles take C = 1/R, starts a controller of r Hz in its cycles. Humble does in each k-th, with k = ⌊R/r⌋; the
+/// beginnings of two cycles are at least kC − C apart. Later versions (ros2_control at 53b9999d, `controller_manager.cpp`) do when the time
+/// since the last start is nearer to 1/r than in the next cycle: at least 1/r − C/2 apart, each time. Both are covered by the period
+/// kC − C/2 with a jitter of C. A controller that is not slower than the loop has each cycle.
+fn of_controllers(file: File, read: &ControllersFile) -> Vec<DeclaredThread> {
+    let mut found = Vec::new();
+    for (index, manager) in read.managers.iter().enumerate() {
+        let thread = |place, id: &str, priority: &YamlValue<u8>, cpus: &YamlValue<CpuSet>| DeclaredThread {
+            file,
+            place,
+            id: id.into(),
+            group: None,
+            priority: match priority {
+                YamlValue::Unknown(_) => Priority::Unknown,
+                it => Priority::RealTime(it.known().copied().unwrap_or(DEFAULT_THREAD_PRIORITY).into()),
+            },
+            is_round_robin: false,
+            cpus: cpus.known().copied().unwrap_or(CpuSet::NONE),
+            period: None,
+            jitter: Time::ZERO,
+            doubt: None,
+        };
+        let rate = manager.update_rate.known().copied().unwrap_or(DEFAULT_UPDATE_RATE).max(1);
+        // Rounded down, and to an even number.
+        let half_cycle = 500_000_000 / u64::from(rate);
+        found.push(DeclaredThread {
+            period: Some(Time::from_nanos(2 * half_cycle)),
+            ..thread(ThreadPlace::Manager(index), &manager.name, &manager.thread_priority, &manager.affinity)
+        });
+        let namespace = manager.name.strip_suffix("/controller_manager").unwrap_or_default();
+        for (of, controller) in manager.controllers.iter().enumerate() {
+            if matches!(controller.is_async, YamlValue::Absent | YamlValue::Known { value: false, .. }) {
+                continue;
+            }
+            let (place, id) =
+                (ThreadPlace::Controller(index, of), format!("{namespace}/{}", controller.name));
+            let own = controller.update_rate.known().copied().filter(|it| (1..rate).contains(it));
+            let halves = own.map_or(2, |own| 2 * u64::from(rate / own) - 1);
+            found.push(DeclaredThread {
+                period: Some(Time::from_nanos(halves * half_cycle)),
+                jitter: Time::from_nanos(2 * half_cycle),
+                ..thread(place, &id, &controller.thread_priority, &controller.affinity)
+            });
+        }
+    }
+    found
 }
 
 /// Returns an id without what readers ignore.
@@ -155,10 +252,11 @@ pub(crate) fn id_of_thread(id: &str) -> Name {
 
 /// Returns why readers refuse a file, or read other values, and where; with other settings of the kernel than can be analysed.
 fn faults(db: &dyn ModelDb, file: File) -> Vec<(TableFault, Range<usize>)> {
-    let read = threads_in(db, file);
+    let file_read = threads_in(db, file);
+    let read = &file_read.threads;
     let unreadable =
         file.problem(db).as_ref().map(|it| (TableFault::Unreadable(it.message().to_owned()), 0..0));
-    let problems = read.problems.iter().filter(|it| it.kind.is_error());
+    let problems = file_read.problems().filter(|it| it.kind.is_error());
     let problems = problems.map(|it| (TableFault::Threads(it.kind.clone()), it.range.clone()));
     let (runtime, period) = (&read.throttling_runtime, &read.throttling_period);
     let throttling = match (runtime, period.known()) {
@@ -180,7 +278,7 @@ pub fn thread_facts<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Timi
         found.extend(
             faults.map(|(fault, range)| TimingFact::new(at(&range), TimingFactKind::InvalidTable(fault))),
         );
-        let others = threads_in(db, file).problems.iter().filter(|it| !it.kind.is_error());
+        let others = threads_in(db, file).problems().filter(|it| !it.kind.is_error());
         found.extend(
             others.map(|it| TimingFact::new(at(&it.range), TimingFactKind::ThreadFile(it.kind.clone()))),
         );
@@ -191,8 +289,8 @@ pub fn thread_facts<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Timi
 /// Returns the place of the id of a declared thread: there, an activity with it has its diagnostics.
 pub fn place_of_thread<'db>(db: &'db dyn ModelDb, workspace: Workspace, id: &str) -> Option<Location<'db>> {
     let (file, place) = declared_threads(db, workspace).find(id)?.at();
-    let entry = threads_in(db, file).entry(place)?;
-    Some(Location::of_span(file, entry.id.range().unwrap_or(&entry.range)))
+    let [_, id] = threads_in(db, file).ranges(place)?;
+    Some(Location::of_span(file, id))
 }
 
 /// Returns whether Linux keeps 50 ms of each second from real-time tasks, as `mauve.toml` or the files of threads say; none where neither

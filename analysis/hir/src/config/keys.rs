@@ -224,8 +224,8 @@ pub static SECTIONS: [Key; 14] = [
             ], ..TABLE }), examples: r#"[{ "big": [5, 6] }]"#, documentation: "Names of lists of CPUs, numbered from 1, which `cpus` of an \
                             activity may have.", ..KEY },
         Key { name: "threads", kind: KeyKind::Tables(|it| &mut it.threads), examples: r#"[["threads.yaml"]]"#,
-            documentation: "The files that set up the threads of the callback-isolated executor of ROS 2, from the folder of mauve.toml. An \
-                            activity with `thread = \"ID\"` has the priority and the CPUs of this thread there.", ..KEY },
+            documentation: "The files that set up the threads of ROS 2, from the folder of mauve.toml: `threads.yaml` of the \
+                            callback-isolated executor, `controllers.yaml` of ros2_control. An activity with `thread = \"ID\"` has the priority and the CPUs of this thread there.", ..KEY },
         Key { name: "rt_throttling", kind: KeyKind::Boolean(|it| &mut it.rt_throttling), examples: "[false]",
             documentation: "Does Linux keep 50 ms of each second from real-time tasks (kernel.sched_rt_runtime_us)? When left \
                             out, it does not, and that is shown as an assumption.", ..KEY },

@@ -58,17 +58,6 @@ pub enum ThreadPlace {
     Controller(usize, usize),
 }
 
-impl ThreadsFile {
-    /// Returns the thread at a place.
-    pub fn entry(&self, place: ThreadPlace) -> Option<&ThreadEntry> {
-        match place {
-            ThreadPlace::Group(index) => self.groups.get(index),
-            ThreadPlace::Other(index) => self.others.get(index),
-            ThreadPlace::Manager(_) | ThreadPlace::Controller(..) => None,
-        }
-    }
-}
-
 /// A thread of a callback group, or one without callbacks.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct ThreadEntry {
