@@ -359,7 +359,8 @@ fn a_control_loop_has_its_rate_priority_and_cpus() {
         a not-analysed: its period cannot be used
         b not-analysed: `a` may preempt it and is not analysed
         /model.mal "2" invalid-field: the thread has the period 1 ms by its file: write a shorter one, or none
-    "#]].assert_eq(&controlled(&slow, CONTROLLERS));
+    "#]]
+    .assert_eq(&controlled(&slow, CONTROLLERS));
     let short = "activity a { thread = \"/controller_manager\"  period = 0.5 }\n".to_owned() + plan;
     expect![[r#"
         a met 0.4 ms

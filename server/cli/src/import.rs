@@ -8,7 +8,7 @@ mod unknown;
 use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::file_problem;
-use mauve_hir::ros2_files::{NamedPath, ThreadsFile, read_named_paths, read_threads};
+use mauve_hir::ros2_files::{NamedPath, ThreadsFile, read_controllers, read_named_paths, read_threads};
 use mauve_hir::{normalised, relative_path};
 use mauve_projects::destination::{destination, destination_folder};
 use mauve_projects::disk::text_of;
@@ -24,8 +24,8 @@ use threads::{THREADS, Threads};
 
 #[derive(Debug, clap::Args)]
 pub struct Import {
-    /// A folder that LTTng has recorded with the events of `ros2_tracing`; an `architecture.yaml` of CARET, whose paths become chains; or the
-    /// `threads.yaml` of the callback-isolated executor, which has the priorities and CPUs.
+    /// A folder that LTTng has recorded with the events of `ros2_tracing`; an `architecture.yaml` of CARET, whose paths become chains; the
+    /// `threads.yaml` of the callback-isolated executor, or the `controllers.yaml` of ros2_control, which have the priorities and CPUs.
     #[arg(value_name = "PATH", required = true, value_hint = clap::ValueHint::AnyPath)]
     paths: Vec<PathBuf>,
     /// The folder of the project. Files that it has are kept; without it, nothing is written.
@@ -52,10 +52,11 @@ impl Import {
             let of = reader.finish();
             recording_warnings(&recording.display().to_string(), &of).iter().for_each(|warning| say(warning));
         }
-        let (paths, threads) = read_files(&files, self.output.as_deref())?;
+        let ReadFiles { paths, threads, controllers } = read_files(&files, self.output.as_deref())?;
         let (path, file) = threads.map_or((THREADS.to_owned(), None), |(path, file)| (path, Some(file)));
         let graph = reader.ros2();
-        let system = System { graph, times: times.0, paths, threads: Threads::new(graph, path, file) };
+        let threads = Threads::new(graph, path, file);
+        let system = System { graph, times: times.0, paths, threads, controllers };
         if system.executed().next().is_none() {
             return Err(format!("{}: no callback of ROS 2 was executed in it", first.display()));
         }
@@ -77,13 +78,24 @@ impl Import {
     }
 }
 
-/// Paths, and a file of threads with its path from the folder of the project.
-type ReadFiles = (Vec<NamedPath>, Option<(String, ThreadsFile)>);
+/// What files beside recordings say. The paths are from the folder of the project.
+#[derive(Default)]
+struct ReadFiles {
+    paths: Vec<NamedPath>,
+    threads: Option<(String, ThreadsFile)>,
+    /// Those of files of ros2_control.
+    controllers: Vec<String>,
+}
 
-/// Reads files of CARET, and a file of threads.
+/// Reads files of CARET, of threads and of ros2_control.
 fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<ReadFiles, String> {
-    let mut all = Vec::new();
-    let mut threads = None;
+    let mut found = ReadFiles::default();
+    let path_of = |file: &Path| {
+        let path = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+        let folder = folder.and_then(|it| std::path::absolute(it).ok()).unwrap_or_default();
+        let path = relative_path(&normalised(&folder), &normalised(&path)).display().to_string();
+        pattern_of_path(&path)
+    };
     for file in files {
         let shown = file.display();
         let (text, problem) = text_of(file);
@@ -92,10 +104,12 @@ fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<ReadFiles, Str
         }
         let read = read_threads(&text);
         let is_of_threads = !read.groups.is_empty() || !read.others.is_empty();
+        let controllers = read_controllers(&text);
         let (paths, of_paths) = read_named_paths(&text);
-        let (kind, problems) = match is_of_threads {
-            true => ("a `threads.yaml`", &read.problems),
-            false => ("an `architecture.yaml` of CARET", &of_paths),
+        let (kind, problems) = match (is_of_threads, controllers.managers.is_empty()) {
+            (true, _) => ("a `threads.yaml`", &read.problems),
+            (false, false) => ("a `controllers.yaml`", &controllers.problems),
+            (false, true) => ("an `architecture.yaml` of CARET", &of_paths),
         };
         if let Some(problem) = problems.iter().find(|it| it.kind.is_error()) {
             let line = text.get(..problem.range.start).map_or(1, |before| before.matches('\n').count() + 1);
@@ -105,19 +119,18 @@ fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<ReadFiles, Str
             ));
         }
         if is_of_threads {
-            if threads.is_some() {
+            if found.threads.is_some() {
                 return Err(format!("`{shown}`: name one `threads.yaml`"));
             }
-            let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
-            let folder = folder.and_then(|it| std::path::absolute(it).ok()).unwrap_or_default();
-            let path = relative_path(&normalised(&folder), &normalised(&path)).display().to_string();
-            threads = Some((pattern_of_path(&path), read));
+            found.threads = Some((path_of(file), read));
+        } else if !controllers.managers.is_empty() {
+            found.controllers.push(path_of(file));
         } else if paths.is_empty() {
-            say(&format!("`{shown}` has neither `callback_groups` nor `named_paths`"));
+            say(&format!("`{shown}` has no `callback_groups`, no controller manager and no `named_paths`"));
         }
-        all.extend(paths);
+        found.paths.extend(paths);
     }
-    Ok((all, threads))
+    Ok(found)
 }
 
 /// Writes the files that a folder does not have. Returns what to print.

@@ -18,9 +18,10 @@ const OBSERVED: &str = "recorded.observed.toml";
 pub(super) fn files(system: &System<'_>) -> Vec<(&'static str, String)> {
     let (model, chains) = Model::of(system);
     let threads = model.new_threads();
-    let has_threads = system.threads.file.is_some() || !threads.is_empty();
+    let own = (system.threads.file.is_some() || !threads.is_empty()).then_some(&system.threads.path);
+    let paths: Vec<String> = own.into_iter().chain(&system.controllers).cloned().collect();
     let mut files = vec![
-        ("mauve.toml", configuration(system, has_threads) + &chains),
+        ("mauve.toml", configuration(system, &paths) + &chains),
         ("system.mal", model.text()),
         ("timing.toml", times(system)),
         ("README.md", about(system)),
@@ -29,10 +30,10 @@ pub(super) fn files(system: &System<'_>) -> Vec<(&'static str, String)> {
     files
 }
 
-fn configuration(system: &System<'_>, has_threads: bool) -> String {
+fn configuration(system: &System<'_>, threads: &[String]) -> String {
     let cpus = system.graph.last_cpu.max(system.threads.last_cpu()).map_or(1, |it| it.min(127) + 1);
-    let path = toml_edit::Value::from(system.threads.path.as_str());
-    let threads = if has_threads { format!("threads = [{path}]\n") } else { String::new() };
+    let paths: toml_edit::Array = threads.iter().map(String::as_str).collect();
+    let threads = if threads.is_empty() { String::new() } else { format!("threads = {paths}\n") };
     format!(
         r#"# A system of ROS 2: see README.md.
 
@@ -634,7 +635,9 @@ mod tests {
         }
         let threads = Threads::new(graph, THREADS.to_owned(), None);
         let files: BTreeMap<_, _> =
-            files(&System { graph, times: times.0, paths, threads }).into_iter().collect();
+            files(&System { graph, times: times.0, paths, threads, controllers: Vec::new() })
+                .into_iter()
+                .collect();
         let db = Database::default();
         let texts = ["mauve.toml", "system.mal", "timing.toml"].map(|it| (it, files[it].clone()));
         let texts = texts.into_iter().chain([(OBSERVED, "unit = \"ms\"\n".to_owned())]);

@@ -21,6 +21,8 @@ pub(super) struct System<'a> {
     pub(super) paths: Vec<NamedPath>,
     /// The file of threads that is named, or that is written.
     pub(super) threads: Threads,
+    /// The paths of files of ros2_control, from the folder of the project.
+    pub(super) controllers: Vec<String>,
 }
 
 /// The execution times of a callback.

@@ -43,6 +43,12 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
             system.threads.path,
         ));
     }
+    if !system.controllers.is_empty() {
+        lines.push(format!(
+            "not in the project: what the control loop of {} executes. Give it an activity with `thread = \"/controller_manager\"`",
+            system.controllers.join(", "),
+        ));
+    }
     let services = count(&|release, _| matches!(release, Ros2Release::Service(_)));
     if services > 0 {
         lines.push(format!(
