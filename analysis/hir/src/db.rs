@@ -122,7 +122,7 @@ impl File {
 /// Returns whether a file of this path may be a model: no project includes other files, and a project that includes them is
 /// incomplete.
 pub(crate) fn has_outline(path: &Path) -> bool {
-    path.extension().is_none_or(|extension| extension != "toml")
+    path.extension().is_none_or(|extension| !["toml", "yaml", "yml"].iter().any(|it| extension == *it))
 }
 
 /// Why the text of a file is not its content.

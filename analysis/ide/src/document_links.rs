@@ -6,7 +6,7 @@ use mauve_hir::{
     includes, is_model, normalised, resolve_type, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
-use mauve_wcrt::{input_files, place_of_thread, system_of, table_pattern};
+use mauve_wcrt::{declared_threads, input_files, place_of_thread, system_of, table_pattern};
 
 use crate::occurrences::{range_of, unquoted};
 
@@ -82,13 +82,15 @@ fn imported(db: &dyn ModelDb, project: Project<'_>, file: File, links: &mut Vec<
 
 /// The threads of activities in files of `[platform] threads`.
 fn declared(db: &dyn ModelDb, project: Project<'_>, file: File, links: &mut Vec<DocumentLink>) {
+    let declared = declared_threads(db, project.workspace(db));
     for &deployment in declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
         for activity in &system_of(db, project, deployment).activities {
-            let Some((id, field)) = &activity.declared_thread else { continue };
-            let Some(at) = place_of_thread(db, project.workspace(db), id) else { continue };
-            let range = unquoted(file.text(db), Location::Source(deployment, *field).range(db));
+            let Some((index, field)) = activity.declared_thread else { continue };
+            let Some(thread) = declared.all.get(index) else { continue };
+            let Some(at) = place_of_thread(db, thread) else { continue };
+            let range = unquoted(file.text(db), Location::Source(deployment, field).range(db));
             let (target, at) = (at.file(db), Some(at.range(db).start()));
-            links.push(DocumentLink { range, target, at, tooltip: format!("thread {id}") });
+            links.push(DocumentLink { range, target, at, tooltip: format!("thread {}", thread.id) });
         }
     }
 }

@@ -33,7 +33,7 @@ pub(crate) fn threads_with_activities<'db>(
     for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
         let first = found.len();
         for (index, activity) in system_of(db, project, deployment).activities.iter().enumerate() {
-            let thread = activity.declared_thread.as_ref().and_then(|(id, _)| declared.find(id));
+            let thread = activity.declared_thread.and_then(|(index, _)| declared.all.get(index));
             let ranges = thread.filter(|it| it.file == file).and_then(|it| read.ranges(it.place));
             let Some([range, id]) = ranges.map(|it| it.map(range_of)) else { continue };
             match found.iter_mut().skip(first).find(|it| it.range == range) {

@@ -297,7 +297,7 @@ pub fn edit_of_fields<'db>(
     let thread_of = |instance: &Name| {
         let activities = &system_of(db, project, of).activities;
         let activity = activities.iter().find(|it| it.instance == *instance)?;
-        declared.find(&activity.declared_thread.as_ref()?.0)
+        declared.all.get(activity.declared_thread?.0)
     };
     let mut of_threads: BTreeMap<(&Path, ThreadPlace), (&DeclaredThread, ThreadChange)> = BTreeMap::new();
     let place = |id| Location::Source(of, id);

@@ -297,13 +297,15 @@ impl<'db> Report<'db> {
         let mut highest = [None; CpuSet::MOST as usize];
         for activity in self.activities.iter().filter(|it| has(it)) {
             let cpus = activity.cpus.unwrap_or_default();
-            let here = (0..).zip(&mut highest).filter(|(cpu, _)| cpus.contains(*cpu));
-            here.for_each(|(_, highest)| *highest = (*highest).max(activity.priority.real_time()));
+            for cpu in cpus.iter() {
+                let Some(highest) = highest.get_mut(cpu as usize) else { continue };
+                *highest = (*highest).max(activity.priority.real_time());
+            }
         }
         let interferes = |it: &ActivityReport<'db>| {
             let counted = it.rule.map_or(CpuSet::NONE, CpuRule::cpus);
-            let mut highest = (0..).zip(&highest).filter(|(cpu, _)| counted.contains(*cpu));
-            it.first_job.is_some() && highest.any(|(_, highest)| *highest >= it.priority.real_time())
+            let mut highest = counted.iter().filter_map(|cpu| highest.get(cpu as usize));
+            it.first_job.is_some() && highest.any(|highest| *highest >= it.priority.real_time())
         };
         self.activities.iter().map(|it| has(it) || interferes(it)).collect()
     }

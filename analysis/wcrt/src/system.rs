@@ -12,6 +12,8 @@ use crate::gateway::Gateway;
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, ThreadReason, UnknownPriority};
 use crate::serving::{Serving, errors_and_items, serving_of};
 use crate::table_set::{TableSet, all_tables_of, tables_of_host};
+#[cfg(doc)]
+use crate::threads::DeclaredThreads;
 use crate::threads::{DeclaredThread, declared_threads, id_of_thread, place_of_thread};
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
@@ -99,8 +101,9 @@ pub struct ResolvedActivity<'db> {
     pub activity: Name,
     /// The name of the thread that executes its jobs and those of others.
     pub thread_name: Option<Name>,
-    /// The id of its thread in the files of `[platform] threads`, which have its priority and its CPUs; with the field that names it.
-    pub declared_thread: Option<(Name, SourceId)>,
+    /// Its thread in the files of `[platform] threads`, which have its priority and its CPUs: the index in [`DeclaredThreads::all`], and the
+    /// field that names it.
+    pub declared_thread: Option<(usize, SourceId)>,
     /// Whether its jobs begin with the wake-up of their thread, and so have its overhead: unless an earlier instance of the thread has. A
     /// thread wakes up once for a job of each, and the first one delays all others. (A call of an operation, a wait and a lock may wake it once
     /// more: each has an overhead of its own.)
@@ -657,7 +660,8 @@ impl<'db> SystemReader<'db> {
         let Ok(FieldValue::DeclaredThread(id)) = FieldKind::Thread.read(written) else { return None };
         let id = id_of_thread(&id);
         let all = declared_threads(self.db, self.project.workspace(self.db));
-        let Some(thread) = all.find(&id) else {
+        let index = all.find(&id);
+        let Some((index, thread)) = index.and_then(|it| Some((it, all.all.get(it)?))) else {
             (found.task.priority, found.task.cpus) = (Priority::Unknown, None);
             let at = self.at(written.value_id);
             found.refuse(Reason::UnusableField(ActivityField::Thread), at.clone());
@@ -668,8 +672,8 @@ impl<'db> SystemReader<'db> {
             }
             return Some(None);
         };
-        found.thread_name = all.thread_of(activity);
-        found.declared_thread = Some((id, written.value_id));
+        found.thread_name = Some(if thread.is_wildcard() { id } else { thread.id.clone() });
+        found.declared_thread = Some((index, written.value_id));
         for field in [ActivityField::Priority].into_iter().chain(PLACES) {
             let own = fields.written.get(&field).filter(|it| it.name.id != activity.name.id);
             if let Some(own) = own {
@@ -1056,10 +1060,9 @@ impl<'db> SystemReader<'db> {
             let at = activity.at.clone();
             found.into_iter().take(1).for_each(|reason| activity.refuse(reason, at.clone()));
         }
-        let workspace = self.project.workspace(self.db);
-        for id in delaying {
-            let Some(at) = place_of_thread(self.db, workspace, &id) else { continue };
-            let has_priority = declared.find(&id).is_some_and(|it| it.priority.real_time().is_some());
+        for thread in declared.all.iter().filter(|it| delaying.contains(&it.id)) {
+            let Some(at) = place_of_thread(self.db, thread) else { continue };
+            let (id, has_priority) = (thread.id.clone(), thread.priority.real_time().is_some());
             self.report(at, TimingFactKind::ThreadWithoutActivity { of: self.of, id, has_priority });
         }
         for (index, priority) in self.taking_turns(&others) {
@@ -1093,8 +1096,8 @@ impl<'db> SystemReader<'db> {
     }
 
     fn thread_of(&self, activity: &ResolvedActivity<'db>) -> Option<&'db DeclaredThread> {
-        let (id, _) = activity.declared_thread.as_ref()?;
-        declared_threads(self.db, self.project.workspace(self.db)).find(id)
+        let (index, _) = activity.declared_thread?;
+        declared_threads(self.db, self.project.workspace(self.db)).all.get(index)
     }
 
     fn cpus(&mut self, entries: &[ActivityEntry<'_>]) {

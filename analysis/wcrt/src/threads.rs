@@ -50,11 +50,14 @@ pub struct ThreadFile {
 /// Reads a file of threads.
 #[salsa::tracked(returns(ref))]
 pub fn threads_in(db: &dyn ModelDb, file: File) -> ThreadFile {
-    let (threads, controllers) = (read_threads(file.text(db)), read_controllers(file.text(db)));
-    match threads.groups.is_empty() && threads.others.is_empty() && !controllers.managers.is_empty() {
-        true => ThreadFile { controllers, ..ThreadFile::default() },
-        false => ThreadFile { threads, ..ThreadFile::default() },
+    let threads = read_threads(file.text(db));
+    if threads.groups.is_empty() && threads.others.is_empty() {
+        let controllers = read_controllers(file.text(db));
+        if !controllers.managers.is_empty() {
+            return ThreadFile { controllers, ..ThreadFile::default() };
+        }
     }
+    ThreadFile { threads, ..ThreadFile::default() }
 }
 
 impl ThreadFile {
@@ -130,7 +133,7 @@ pub struct DeclaredThreads {
 /// let files = files.map(|(path, text)| (path.into(), text.to_owned()));
 /// let workspace = Workspace::of_texts(&db, "/".into(), files);
 /// let found = mauve_wcrt::declared_threads(&db, workspace);
-/// assert_eq!(found.find("/eye@Timer(1000000)").unwrap().priority.real_time(), Some(90));
+/// assert_eq!(found.all[found.find("/eye@Timer(1000000)").unwrap()].priority.real_time(), Some(90));
 /// ```
 #[salsa::tracked(returns(ref))]
 pub fn declared_threads(db: &dyn ModelDb, workspace: Workspace) -> DeclaredThreads {
@@ -171,7 +174,8 @@ pub fn declared_threads(db: &dyn ModelDb, workspace: Workspace) -> DeclaredThrea
 }
 
 fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<DeclaredThread> {
-    let id = id_of_thread(entry.id.known()?);
+    let id = entry.id.known()?.as_str();
+    let id = entry.group.as_ref().map_or_else(|| id.into(), |group| group.to_string().into());
     let policy = entry.policy.known();
     let (priority, doubt) = match policy {
         Some(ThreadPolicy::Fifo | ThreadPolicy::RoundRobin) => {
@@ -287,10 +291,9 @@ pub fn thread_facts<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Timi
 }
 
 /// Returns the place of the id of a declared thread: there, an activity with it has its diagnostics.
-pub fn place_of_thread<'db>(db: &'db dyn ModelDb, workspace: Workspace, id: &str) -> Option<Location<'db>> {
-    let (file, place) = declared_threads(db, workspace).find(id)?.at();
-    let [_, id] = threads_in(db, file).ranges(place)?;
-    Some(Location::of_span(file, id))
+pub fn place_of_thread<'db>(db: &'db dyn ModelDb, thread: &DeclaredThread) -> Option<Location<'db>> {
+    let [_, id] = threads_in(db, thread.file).ranges(thread.place)?;
+    Some(Location::of_span(thread.file, id))
 }
 
 /// Returns whether Linux keeps 50 ms of each second from real-time tasks, as `mauve.toml` or the files of threads say; none where neither
@@ -313,19 +316,19 @@ impl DeclaredThread {
 }
 
 impl DeclaredThreads {
-    /// Returns the thread with this id; of a callback group, otherwise the only one of its node with all its callbacks, then that of all
+    /// Returns the index of the thread with this id; of a callback group, otherwise the only one of its node with all its callbacks, then that of all
     /// groups of the node.
-    pub fn find(&self, id: &str) -> Option<&DeclaredThread> {
+    pub fn find(&self, id: &str) -> Option<usize> {
         if let Some(index) = self.by_id.get(id) {
-            return self.all.get(*index);
+            return Some(*index);
         }
         let id: GroupId = id.parse().ok()?;
-        let of_node = self.by_node.get(id.of_node().to_string().as_str()).into_iter().flatten();
-        let of_node = of_node.filter_map(|index| self.all.get(*index));
-        let mut having = of_node.clone().filter(|it| it.group.as_ref().is_some_and(|of| of.includes(&id)));
+        let of_node = self.by_node.get(id.of_node().to_string().as_str())?;
+        let group = |index: &usize| self.all.get(*index)?.group.as_ref();
+        let mut having = of_node.iter().filter(|it| group(it).is_some_and(|of| of.includes(&id)));
         match (having.next(), having.next()) {
-            (None, _) => of_node.clone().find(|it| it.is_wildcard()),
-            (only, None) => only,
+            (None, _) => of_node.iter().find(|it| group(it).is_some_and(|of| of.is_wildcard)).copied(),
+            (only, None) => only.copied(),
             _ => None,
         }
     }
@@ -335,7 +338,7 @@ impl DeclaredThreads {
         match FieldKind::Thread.read(activity.field(ActivityField::Thread)?).ok()? {
             FieldValue::DeclaredThread(id) => {
                 let id = id_of_thread(&id);
-                let entry = self.find(&id).filter(|it| !it.is_wildcard());
+                let entry = self.find(&id).and_then(|it| self.all.get(it)).filter(|it| !it.is_wildcard());
                 Some(entry.map_or(id, |it| it.id.clone()))
             }
             FieldValue::Thread(name) => Some(name),

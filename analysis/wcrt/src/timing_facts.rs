@@ -11,7 +11,7 @@ use crate::reason::{Reason, Refusal, Share};
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
 use crate::system::{System, system_of};
-use crate::threads::place_of_thread;
+use crate::threads::{declared_threads, place_of_thread};
 use mauve_hir::{Decl, Location, ModelDb, Project};
 
 /// Returns missed deadlines, overloaded CPUs, and activities that are not analysed for a reason that no other fact
@@ -27,6 +27,7 @@ pub fn timing_facts<'db>(
     // Only background activities ask for it.
     let (full, hosts) = (LazyCell::new(|| full_cpus(report)), &report.hosts);
     let reports = &report.activities;
+    let declared = declared_threads(db, project.workspace(db));
     let interrupt = || db.unwind_if_revision_cancelled();
     let mut breakdown = report.breakdown(&interrupt);
     let activities = system_of(db, project, deployment).activities.iter().zip(reports);
@@ -59,8 +60,8 @@ pub fn timing_facts<'db>(
             Status::Met => continue,
         };
         // In a file of threads, the priority stands there.
-        let of_thread = activity.declared_thread.as_ref();
-        let of_thread = of_thread.and_then(|(id, _)| place_of_thread(db, project.workspace(db), id));
+        let of_thread = activity.declared_thread.and_then(|(index, _)| declared.all.get(index));
+        let of_thread = of_thread.and_then(|it| place_of_thread(db, it));
         found.push(TimingFact::new(of_thread.unwrap_or_else(|| activity.at.clone()), kind));
     }
     let ports = unmeasured_ports(db, project, deployment);

@@ -100,19 +100,17 @@ pub(super) fn in_other_file(
     };
     for &project in projects.iter().filter(|_| options.response_times) {
         let threads = threads_with_activities(db, project, file);
-        let are_several =
-            threads.iter().any(|it| threads.first().is_some_and(|of| of.deployment != it.deployment));
-        for ThreadAt { deployment, activities, id, .. } in threads {
+        let of_deployments: Vec<&[ThreadAt<'_>]> =
+            threads.chunk_by(|one, other| one.deployment == other.deployment).collect();
+        for of in &of_deployments {
+            let Some(deployment) = of.first().map(|it| it.deployment) else { continue };
             let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
-            let footings: Vec<Footing> = report.footings();
-            for index in activities {
-                let (Some(activity), Some(footing)) = (report.activities.get(index), footings.get(index))
-                else {
-                    continue;
-                };
-                let name = match are_several {
-                    true => format!("{}.{}", deployment.name(db), activity.instance),
-                    false => activity.instance.to_string(),
+            let figures: Vec<_> = report.activities.iter().zip(report.footings()).collect();
+            for (id, index) in of.iter().flat_map(|it| it.activities.iter().map(|index| (it.id, *index))) {
+                let Some((activity, footing)) = figures.get(index) else { continue };
+                let name = match of_deployments.len() {
+                    1 => activity.instance.to_string(),
+                    _ => format!("{}.{}", deployment.name(db), activity.instance),
                 };
                 add(&name, ShownHint::of(db, activity, *footing, options.tight_slack), id);
             }

@@ -89,7 +89,8 @@ pub fn limit_of<'db>(
 /// Returns a value that changes when what the limits depend on changes: times, and the activities with their responses. No limit is
 /// searched for it.
 pub fn hash_of_table(db: &dyn ModelDb, projects: &[Project<'_>], file: File, options: HintOptions) -> u64 {
-    let times = times_in(db, projects, Some(file));
+    let is_table = projects.iter().any(|it| table_files(db, it.workspace(db)).files.contains(&file));
+    let times = if is_table { times_in(db, projects, Some(file)) } else { Vec::new() };
     let of_time = |it: &TimeIn<'_>| (it.executed.time(db, it.query.level), it.executed.activities().len());
     let of_deployment = |all: &[TimeIn<'_>]| {
         let report = all.first().map(|it| response_times(db, it.project, it.deployment, it.query));
