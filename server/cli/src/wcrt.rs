@@ -24,8 +24,8 @@ use mauve_projects::replace::put;
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
-    ActivityReport, DeployedTasks, Footing, Priority, Query, Refusal, Report, all_tables_of,
-    response_times_of, sensitivity, system_of, timetable_of,
+    ActivityReport, DeployedTasks, Footing, Priority, Query, Refusal, Report, ResolvedActivity,
+    all_tables_of, response_times_of, sensitivity, system_of, timetable_of,
 };
 
 use super::probability::{probability_csv, probability_svg, probability_table};
@@ -395,6 +395,20 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
             out,
             "  assumption: real-time throttling is off, which Linux has on by default; set {key}"
         );
+    }
+    if let Analysed::Model(project, deployment) = it.origin {
+        let all = &system_of(it.db, project, deployment).activities;
+        let has_none =
+            |it: &&ResolvedActivity<'_>| it.priority == Priority::Background && it.declared_thread.is_some();
+        let count = all.iter().filter(has_none).count();
+        if count > 0 {
+            let _ = writeln!(
+                out,
+                "  no bound for {count} of {}, whose threads have no real-time policy in their file; `mauve tune --priorities` finds \
+                 priorities",
+                all.len()
+            );
+        }
     }
     for port in basis.ports {
         let _ = writeln!(
