@@ -24,6 +24,8 @@ pub(super) struct Threads {
     having: HashMap<(GroupId, GroupCallback), Vec<usize>>,
     /// The nodes with an entry for all other groups.
     wildcards: HashSet<GroupId>,
+    /// How many callbacks of each kind the nodes have in the recording.
+    counts: HashMap<(GroupId, GroupCallback), usize>,
 }
 
 impl Threads {
@@ -45,11 +47,17 @@ impl Threads {
         let mut having: HashMap<(GroupId, GroupCallback), Vec<usize>> = HashMap::new();
         for (index, group) in groups.iter().enumerate() {
             for callback in &group.callbacks {
-                having.entry((group.of_node(), callback.clone())).or_default().push(index);
+                let of = having.entry((group.of_node(), callback.clone())).or_default();
+                of.extend(Some(index).filter(|it| of.last() != Some(it)));
             }
         }
+        let mut counts: HashMap<(GroupId, GroupCallback), usize> = HashMap::new();
+        for id in graph.callbacks.iter().filter_map(|it| group_of(graph, &[it])) {
+            let node = id.of_node();
+            id.callbacks.into_iter().for_each(|it| *counts.entry((node.clone(), it)).or_default() += 1);
+        }
         let wildcards = groups.iter().filter(|it| it.is_wildcard).map(GroupId::of_node).collect();
-        Threads { path, file, recorded, groups, having, wildcards }
+        Threads { path, file, recorded, groups, having, wildcards, counts }
     }
 
     /// Returns the recorded id of the group of a callback.
@@ -57,15 +65,22 @@ impl Threads {
         self.recorded.get(&callback.group?)
     }
 
-    /// Returns the id of the thread of a callback: with this callback alone, where no other group of its node has one like it.
+    /// Returns the id of the thread of a callback: with this callback alone, where no other group of its node has one like it. None where
+    /// a group may have it that the file does not have.
     pub(super) fn id(&self, graph: &Ros2Graph, callback: &Ros2Callback) -> Option<String> {
         let own = group_of(graph, &[callback])?;
         let recorded = self.recorded(callback);
-        let having = self.having.get(&(own.of_node(), own.callbacks.first()?.clone()));
+        let kind = (own.of_node(), own.callbacks.first()?.clone());
+        let having = self.having.get(&kind);
         let mut having = having.into_iter().flatten().filter_map(|it| self.groups.get(*it));
         let found = match (having.next(), having.next()) {
             (None, _) => self.wildcards.contains(&own.of_node()).then(|| recorded.cloned().unwrap_or(own)),
-            (_, None) => Some(own),
+            (Some(only), None) => {
+                let count = only.callbacks.iter().filter(|it| **it == kind.1).count();
+                let is_it = self.counts.get(&kind).is_none_or(|all| *all <= count)
+                    || recorded == Some(&only.clone().sorted());
+                is_it.then_some(own)
+            }
             (Some(first), Some(second)) => {
                 let mut all = [first, second].into_iter().chain(having);
                 all.find(|it| recorded == Some(&(**it).clone().sorted())).cloned()
@@ -177,6 +192,12 @@ mod tests {
             )
         };
         assert_eq!(ids(&graph, Some(&file("/eye@Subscription(/b)@Timer(1000)"))), ["/eye@Timer(1000)", "-"]);
+        // Which of two timers is in a group without an entry?
+        let two = self::graph(&[timer(None), timer(None)]);
+        assert_eq!(ids(&two, Some(&file("/eye@Timer(1000)"))), ["-", "-"]);
+        assert_eq!(ids(&two, Some(&file("/eye@Timer(1000)@Timer(1000)"))), ["/eye@Timer(1000)"; 2]);
+        let two = self::graph(&[timer(Some(0)), timer(Some(1)), topic("/a", Some(1))]);
+        assert_eq!(ids(&two, Some(&file("/eye@Timer(1000)"))), ["/eye@Timer(1000)", "-", "-"]);
         assert_eq!(ids(&graph, Some(&file("/eye/*"))), ["/eye@Timer(1000)", "/eye@Subscription(/a)"]);
     }
 }
