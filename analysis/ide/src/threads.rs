@@ -18,6 +18,23 @@ pub(crate) struct ThreadAt<'db> {
     pub(crate) id: TextRange,
 }
 
+/// Returns the models with the deployments that may have the threads of a file, each with its project.
+pub fn models_with_threads<'db>(
+    db: &'db dyn ModelDb,
+    projects: &[Project<'db>],
+    file: File,
+) -> Vec<(File, Project<'db>)> {
+    let mut found: Vec<(File, Project<'db>)> = Vec::new();
+    for &project in projects {
+        if thread_files(db, project.workspace(db)).files.contains(&file) {
+            let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
+            found.extend(deployments.map(|it| (it.file(db), project)));
+        }
+    }
+    found.dedup();
+    found
+}
+
 /// Returns the threads of a file that activities of a project name, in the order of the deployments and activities.
 pub(crate) fn threads_with_activities<'db>(
     db: &'db dyn ModelDb,
@@ -54,8 +71,14 @@ mod tests {
     use crate::code_actions::{ActionKind, ActionQuestion, Changes, code_actions};
     use crate::document_links::document_links;
     use crate::fixture::{Fixture, project_with};
-    use crate::inlay_hints::{HintOptions, table_hints};
+    use crate::inlay_hints::{EarlierFigures, HintOptions, table_hints};
+    use crate::project::projects_with;
+    use mauve_diagnostics::figure::HintStatus;
+    use mauve_hir::Database;
     use mauve_syntax::TextRange;
+    use salsa::Durability;
+
+    use super::models_with_threads;
 
     const ROBOT: &str = "codel see(): int
 codel plan(): int
@@ -93,9 +116,10 @@ callback_groups:
     fn hints_and_hovers_stand_beside_the_groups() {
         let Fixture { db, workspace, file, .. } = &Fixture::new(ROBOT);
         let project = project_with(db, *workspace, *file).unwrap();
+        let earlier = &EarlierFigures::default();
         let text = file.text(db);
         let all = TextRange::up_to(TextSize::of(&**text));
-        let (hints, _) = table_hints(db, &[project], *file, all, HintOptions::default(), None);
+        let (hints, _) = table_hints(db, &[project], *file, all, HintOptions::default(), earlier, None);
         let shown: Vec<_> = hints
             .iter()
             .map(|it| (text[..usize::from(it.offset)].lines().last().unwrap().trim(), it.label.as_str()))
@@ -112,6 +136,28 @@ callback_groups:
         let hover = Fixture::new(ROBOT).hover().unwrap().markdown;
         assert!(hover.contains("18") && hover.contains("planner"), "{hover}");
         assert!(Fixture::new(&ROBOT.replace("$0", "").replace("/log", "$0/log")).hover().is_none());
+    }
+
+    #[test]
+    fn the_last_figures_stay_while_a_value_is_missing() {
+        let Fixture { mut db, workspace, file, .. } = Fixture::new(ROBOT);
+        let options = HintOptions::default();
+        let figures = |db: &Database, earlier: &EarlierFigures| {
+            let projects = projects_with(db, &[workspace], file);
+            let models = models_with_threads(db, &projects, file);
+            let models: Vec<_> = models.into_iter().map(|(file, project)| (file, Some(project))).collect();
+            earlier.updated(db, &models, options, false)
+        };
+        let known = figures(&db, &EarlierFigures::default());
+        let text = file.text(&db).replacen("priority: 20", "priority: ", 1);
+        file.set_text_with(&mut db, text.as_str().into(), Durability::LOW);
+        let earlier = figures(&db, &known);
+        let project = project_with(&db, workspace, file).unwrap();
+        let all = TextRange::up_to(TextSize::of(text.as_str()));
+        let (hints, _) = table_hints(&db, &[project], file, all, options, &earlier, None);
+        let shown: Vec<_> = hints.iter().map(|it| (it.label.as_str(), it.status)).collect();
+        assert_eq!(shown[0], ("… 18 / 10 ms", HintStatus::Older), "{shown:?}");
+        assert_eq!(shown.len(), 3);
     }
 
     #[test]

@@ -211,7 +211,15 @@ pub(crate) fn compare(snapshot: &Snapshot) -> ComparedHints {
     let options = snapshot.settings.hints;
     let files = models.iter().map(|(_, document)| (document.file, snapshot.project(document.file)));
     let files: Vec<(File, Option<Project<'_>>)> = files.collect();
-    let figures = snapshot.earlier.updated(db, &files, options, snapshot.are_saved);
+    let is_table = |document: &Document| !is_model(document.file.path(db));
+    let tables: Vec<(&Url, &Document)> =
+        snapshot.documents.iter().filter(|(_, it)| !snapshot.is_stopped && is_table(it)).collect();
+    let of_threads = |(_, document): &(&Url, &Document)| {
+        mauve_ide::models_with_threads(db, &snapshot.answering(document.file), document.file)
+    };
+    let of_threads = tables.iter().flat_map(of_threads).map(|(file, project)| (file, Some(project)));
+    let with_figures: Vec<(File, Option<Project<'_>>)> = files.iter().copied().chain(of_threads).collect();
+    let figures = snapshot.earlier.updated(db, &with_figures, options, snapshot.are_saved);
     for ((url, document), (_, project)) in models.into_iter().zip(&files) {
         let hash = project.map_or(0, |it| mauve_ide::hash_of_hints(db, it, document.file, options, &figures));
         hints.insert(url.clone(), hash);
@@ -224,9 +232,9 @@ pub(crate) fn compare(snapshot: &Snapshot) -> ComparedHints {
         // Computed in advance, so that the first request is fast.
         mauve_hir::line_index(db, document.file);
     }
-    let is_table = |document: &Document| !is_model(document.file.path(db));
-    for (url, document) in snapshot.documents.iter().filter(|(_, it)| !snapshot.is_stopped && is_table(it)) {
-        let hash = mauve_ide::hash_of_table(db, &snapshot.answering(document.file), document.file, options);
+    for (url, document) in tables {
+        let projects = snapshot.answering(document.file);
+        let hash = mauve_ide::hash_of_table(db, &projects, document.file, options, &figures);
         hints.insert(url.clone(), hash);
     }
     let meaning = |url: Url| {

@@ -12,6 +12,8 @@ use mauve_wcrt::{
     ActivityReport, Deadlines, Footing, Query, Report, ResolvedActivity, response_times, system_of,
 };
 
+use super::earlier::{EarlierFigures, FigureOwner};
+use super::figures::with_earlier;
 use super::label::Texts;
 use super::{HintOf, HintOptions, HintSubject, InlayHint, ShownHint, beside, end_of_line};
 use crate::cpu_budget::cpu_status;
@@ -91,12 +93,13 @@ pub(super) fn in_other_file(
     projects: &[Project<'_>],
     file: File,
     options: HintOptions,
+    earlier: &EarlierFigures,
 ) -> Vec<HintOf> {
     let mut found = Vec::new();
     let text = file.text(db);
-    let mut add = |name: &str, shown: ShownHint, at: TextRange| {
+    let hint = |name: &str, shown: ShownHint, at: TextRange| {
         let subject = HintSubject::Activity(name.into());
-        found.push(shown.at(text, end_of_line(text, at.end()), subject, at.start()));
+        shown.at(text, end_of_line(text, at.end()), subject, at.start())
     };
     for &project in projects.iter().filter(|_| options.response_times) {
         let threads = threads_with_activities(db, project, file);
@@ -105,14 +108,18 @@ pub(super) fn in_other_file(
         for of in &of_deployments {
             let Some(deployment) = of.first().map(|it| it.deployment) else { continue };
             let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
+            let last = earlier.of(&FigureOwner::of(db, project, deployment));
             let figures: Vec<_> = report.activities.iter().zip(report.footings()).collect();
             for (id, index) in of.iter().flat_map(|it| it.activities.iter().map(|index| (it.id, *index))) {
                 let Some((activity, footing)) = figures.get(index) else { continue };
-                let name = match of_deployments.len() {
-                    1 => activity.instance.to_string(),
-                    _ => format!("{}.{}", deployment.name(db), activity.instance),
-                };
-                add(&name, ShownHint::of(db, activity, *footing, options.tight_slack), id);
+                let shown = ShownHint::of(db, activity, *footing, options.tight_slack);
+                let mut shown = with_earlier(hint(&activity.instance, shown, id), last);
+                if of_deployments.len() > 1 {
+                    let name = format!("{}.{}", deployment.name(db), activity.instance);
+                    let subject = HintSubject::Activity(name.into());
+                    shown.iter_mut().for_each(|it| it.subject = Some(subject.clone()));
+                }
+                found.extend(shown);
             }
         }
     }
@@ -124,7 +131,7 @@ pub(super) fn in_other_file(
                 let Some(at) = activity.at.as_ref().and_then(|at| at.range_in(db, file)) else { continue };
                 // With hosts, `D@left` and `D@right`.
                 let name = activity.instance.replacen("ros2", deployment.name(db), 1);
-                add(&name, ShownHint::of(db, activity, footing, options.tight_slack), at);
+                found.push(hint(&name, ShownHint::of(db, activity, footing, options.tight_slack), at));
             }
         }
     }
@@ -231,7 +238,7 @@ deployment D {
             let (text, project) = (file.text(db), project_of(db, fixture.workspace, file));
             let all = TextRange::up_to(TextSize::of(&**text));
             let mut hints = inlay_hints(db, project, file, all, options, &EarlierFigures::default());
-            hints.extend(table_hints(db, &[project], file, all, options, None).0);
+            hints.extend(table_hints(db, &[project], file, all, options, &EarlierFigures::default(), None).0);
             let shown = hints.iter().map(|hint| {
                 let line = text[..usize::from(hint.offset)].lines().last().unwrap().trim();
                 format!("{line} ⟨{}⟩\n", hint.label)

@@ -19,6 +19,7 @@ use mauve_wcrt::{
 use rustc_hash::FxHashMap;
 
 use super::deployment::in_other_file;
+use super::earlier::EarlierFigures;
 use super::in_file::on_lines;
 use super::label::{Texts, most_at};
 use super::{HintOf, HintOptions, HintSubject, InlayHint, column, end_of_line, hash_of};
@@ -32,9 +33,10 @@ pub fn table_hints<'db>(
     file: File,
     range: TextRange,
     options: HintOptions,
+    earlier: &EarlierFigures,
     end: Option<Instant>,
 ) -> (Vec<InlayHint>, bool) {
-    let mut found = in_other_file(db, projects, file, options);
+    let mut found = in_other_file(db, projects, file, options, earlier);
     found.retain(|it| range.contains_inclusive(it.hint.offset));
     let has_it = |project: &Project<'db>| table_files(db, project.workspace(db)).files.contains(&file);
     if !options.program_times || !projects.iter().any(has_it) {
@@ -88,7 +90,13 @@ pub fn limit_of<'db>(
 
 /// Returns a value that changes when what the limits depend on changes: times, and the activities with their responses. No limit is
 /// searched for it.
-pub fn hash_of_table(db: &dyn ModelDb, projects: &[Project<'_>], file: File, options: HintOptions) -> u64 {
+pub fn hash_of_table(
+    db: &dyn ModelDb,
+    projects: &[Project<'_>],
+    file: File,
+    options: HintOptions,
+    earlier: &EarlierFigures,
+) -> u64 {
     let is_table = projects.iter().any(|it| table_files(db, it.workspace(db)).files.contains(&file));
     let times = if is_table { times_in(db, projects, Some(file)) } else { Vec::new() };
     let of_time = |it: &TimeIn<'_>| (it.executed.time(db, it.query.level), it.executed.activities().len());
@@ -99,7 +107,7 @@ pub fn hash_of_table(db: &dyn ModelDb, projects: &[Project<'_>], file: File, opt
         (activities.collect::<Vec<_>>(), all.iter().map(of_time).collect::<Vec<_>>())
     };
     let of_each = times.chunk_by(|one, other| one.deployment == other.deployment).map(of_deployment);
-    let others = in_other_file(db, projects, file, options).into_iter().map(|it| it.hint.label);
+    let others = in_other_file(db, projects, file, options, earlier).into_iter().map(|it| it.hint.label);
     hash_of((of_each.collect::<Vec<_>>(), others.collect::<Vec<_>>(), options))
 }
 
@@ -245,7 +253,15 @@ platform.rt_throttling = false
         let (fixture, file) = fixture(driver, times);
         let project = project_of(&fixture.db, fixture.workspace, file);
         let all = TextRange::up_to(TextSize::of(times));
-        table_hints(&fixture.db, &[project], file, all, HintOptions::default(), end)
+        table_hints(
+            &fixture.db,
+            &[project],
+            file,
+            all,
+            HintOptions::default(),
+            &EarlierFigures::default(),
+            end,
+        )
     }
 
     fn check(driver: &str, times: &str, expected: Expect) {
@@ -340,7 +356,7 @@ platform.rt_throttling = false
         let hash = |driver: &str, times: &str| {
             let (fixture, file) = fixture(driver, times);
             let project = project_of(&fixture.db, fixture.workspace, file);
-            hash_of_table(&fixture.db, &[project], file, HintOptions::default())
+            hash_of_table(&fixture.db, &[project], file, HintOptions::default(), &EarlierFigures::default())
         };
         let times = "[codel]\nplan = 30\ndrive = 5\n";
         assert_eq!(hash("", times), hash("", &format!("# comment\n{times}")));

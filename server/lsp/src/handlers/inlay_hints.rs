@@ -63,8 +63,15 @@ pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Resu
         (hints, project.map(of_project).unwrap_or_default(), false)
     } else {
         let end = snapshot.capabilities.hint_refresh.then(|| Instant::now() + PATIENCE);
-        let (hints, is_incomplete) =
-            mauve_ide::table_hints(db, &snapshot.answering(file), file, range, options, end);
+        let (hints, is_incomplete) = mauve_ide::table_hints(
+            db,
+            &snapshot.answering(file),
+            file,
+            range,
+            options,
+            &snapshot.earlier,
+            end,
+        );
         (hints, EarlierFigures::default(), is_incomplete)
     };
     let version = snapshot.version(&params.text_document.uri);
@@ -100,7 +107,7 @@ pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Resu
 /// Searches the limits that hints of a timing table lack: salsa keeps them for the next request.
 pub(crate) fn search_limits(snapshot: &Snapshot, (file, range): (File, TextRange)) {
     let (db, options) = (&snapshot.db, snapshot.settings.hints);
-    mauve_ide::table_hints(db, &snapshot.answering(file), file, range, options, None);
+    mauve_ide::table_hints(db, &snapshot.answering(file), file, range, options, &snapshot.earlier, None);
 }
 
 /// A hint with its explanation.
