@@ -1,6 +1,6 @@
 //! Inlay hints: response times and deadlines of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), how long data
 //! takes on connections (`inlay_hints/connections.rs`), execution times of programs (`inlay_hints/programs.rs`), values in
-//! effect (`inlay_hints/values.rs`), and the limits of the times in timing tables (`inlay_hints/tables.rs`). While a text is incomplete, the figures of the last complete one are shown, marked as older
+//! effect (`inlay_hints/values.rs`), activities in other files (`inlay_hints/other_files.rs`), and the limits of the times in timing tables (`inlay_hints/tables.rs`). While a text is incomplete, the figures of the last complete one are shown, marked as older
 //! (`inlay_hints/earlier.rs`).
 
 mod connections;
@@ -10,6 +10,7 @@ mod earlier;
 mod figures;
 mod in_file;
 mod label;
+mod other_files;
 mod programs;
 mod tables;
 mod values;

@@ -3,21 +3,17 @@
 
 use std::collections::HashMap;
 
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, File, Location, ModelDb, Project, config_file, names_of, node_around};
+use mauve_hir::{Decl, Location, ModelDb, Project, node_around};
+use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{CpuLoad, CpuSet, Status};
 use mauve_wcrt::{
     ActivityReport, Deadlines, Footing, Query, Report, ResolvedActivity, response_times, system_of,
 };
 
-use super::earlier::{EarlierFigures, FigureOwner};
-use super::figures::with_earlier;
 use super::label::Texts;
-use super::{HintOf, HintOptions, HintSubject, InlayHint, ShownHint, beside, end_of_line};
+use super::{HintOf, HintOptions, HintSubject, InlayHint, ShownHint, beside};
 use crate::cpu_budget::cpu_status;
-use crate::threads::{ThreadAt, threads_with_activities};
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{HintStatus, MOST_CHARACTERS};
 
@@ -86,61 +82,9 @@ pub(super) fn of_deployment<'db>(
     }
 }
 
-/// Returns the hints of activities in other files than models: of the gateways that a `mauve.toml` declares, and of threads in a file
-/// of `[platform] threads`.
-pub(super) fn in_other_file(
-    db: &dyn ModelDb,
-    projects: &[Project<'_>],
-    file: File,
-    options: HintOptions,
-    earlier: &EarlierFigures,
-) -> Vec<HintOf> {
-    let mut found = Vec::new();
-    let text = file.text(db);
-    let hint = |name: &str, shown: ShownHint, at: TextRange| {
-        let subject = HintSubject::Activity(name.into());
-        shown.at(text, end_of_line(text, at.end()), subject, at.start())
-    };
-    for &project in projects.iter().filter(|_| options.response_times) {
-        let threads = threads_with_activities(db, project, file);
-        let of_deployments: Vec<&[ThreadAt<'_>]> =
-            threads.chunk_by(|one, other| one.deployment == other.deployment).collect();
-        for of in &of_deployments {
-            let Some(deployment) = of.first().map(|it| it.deployment) else { continue };
-            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
-            let last = earlier.of(&FigureOwner::of(db, project, deployment));
-            let figures: Vec<_> = report.activities.iter().zip(report.footings()).collect();
-            for (id, index) in of.iter().flat_map(|it| it.activities.iter().map(|index| (it.id, *index))) {
-                let Some((activity, footing)) = figures.get(index) else { continue };
-                let shown = ShownHint::of(db, activity, *footing, options.tight_slack);
-                let mut shown = with_earlier(hint(&activity.instance, shown, id), last);
-                if of_deployments.len() > 1 {
-                    let name = format!("{}.{}", deployment.name(db), activity.instance);
-                    let subject = HintSubject::Activity(name.into());
-                    shown.iter_mut().for_each(|it| it.subject = Some(subject.clone()));
-                }
-                found.extend(shown);
-            }
-        }
-    }
-    let has_it = |project: &&Project<'_>| config_file(db, project.workspace(db)) == Some(file);
-    for &project in projects.iter().filter(has_it).filter(|_| options.response_times) {
-        for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
-            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
-            for (activity, footing) in report.activities.iter().zip(report.footings()) {
-                let Some(at) = activity.at.as_ref().and_then(|at| at.range_in(db, file)) else { continue };
-                // With hosts, `D@left` and `D@right`.
-                let name = activity.instance.replacen("ros2", deployment.name(db), 1);
-                found.push(hint(&name, ShownHint::of(db, activity, footing, options.tight_slack), at));
-            }
-        }
-    }
-    found
-}
-
 impl ShownHint {
     /// What the hint of an activity shows: its response time and its deadline, or why there is no response time.
-    fn of<'db>(
+    pub(super) fn of<'db>(
         db: &'db dyn ModelDb,
         activity: &ActivityReport<'db>,
         footing: Footing,
@@ -203,80 +147,4 @@ fn loads(report: &Report<'_>, tight_slack: u32) -> impl Iterator<Item = (CpuSet,
         let missing = Some(if cpu.complete { 0 } else { unknown });
         (cpu.cpus, ShownHint { texts, status, missing }, load)
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use expect_test::expect;
-
-    use super::*;
-    use crate::fixture::{Fixture, project_of};
-    use crate::inlay_hints::{EarlierFigures, inlay_hints, table_hints};
-
-    /// The offset of the gateway in `mauve.toml` is within a letter of two bytes here, for one of two comments above it.
-    const ROBOT: &str = "//- /robot.mal
-use std_msgs
-/* éééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééééé */ codel say(): String
-shell S { output port state: String }
-core C(S) { update = { write(state, say()); } }
-component Driver(S, C)
-architecture A { instance driver: Driver }
-deployment D {
-  architecture A
-  activity driver { priority = 1  period = 100  cpus = [1] }
-}
-//- /mauve.toml
-";
-
-    /// Returns the hints of the model and those of `mauve.toml`, each behind its line.
-    fn shown(more: &str, config: &str) -> (String, String) {
-        let fixture =
-            Fixture::new(&ROBOT.replace("//- /mauve.toml\n", &format!("{more}//- /mauve.toml\n{config}")));
-        let (db, options) = (&fixture.db, HintOptions::default());
-        let shown = |path: &str| {
-            let file = fixture.workspace.file(db, path.as_ref()).unwrap();
-            let (text, project) = (file.text(db), project_of(db, fixture.workspace, file));
-            let all = TextRange::up_to(TextSize::of(&**text));
-            let mut hints = inlay_hints(db, project, file, all, options, &EarlierFigures::default());
-            hints.extend(table_hints(db, &[project], file, all, options, &EarlierFigures::default(), None).0);
-            let shown = hints.iter().map(|hint| {
-                let line = text[..usize::from(hint.offset)].lines().last().unwrap().trim();
-                format!("{line} ⟨{}⟩\n", hint.label)
-            });
-            shown.collect()
-        };
-        (shown("/robot.mal"), shown("/mauve.toml"))
-    }
-
-    const GATEWAY: &str = "platform.rt_throttling = false\nassume.codel = \"1 ms\"\n[ros2]\n\
-                           gateway = { priority = 20, period = \"5 ms\", cpus = [2] }\n";
-
-    #[test]
-    fn the_hint_of_a_gateway_is_in_its_file() {
-        let expected = expect![[r#"
-            core C(S) { update = { write(state, say()); } } ⟨1 ms · assumed⟩
-            deployment D { ⟨2 of 2 met at 1e-4⟩
-            deployment D { ⟨CPU 1 1.0 %⟩
-            deployment D { ⟨CPU 2 20.0 %⟩
-            activity driver { priority = 1  period = 100  cpus = [1] } ⟨✓ 1 / 100 ms · assumed⟩
-        "#]];
-        for comment in ["# é\n", "# éééééééééééééééééééééééééé\n"] {
-            let (in_model, in_config) = shown("", &format!("{comment}{GATEWAY}"));
-            expected.assert_eq(&in_model);
-            assert_eq!(
-                in_config,
-                "gateway = { priority = 20, period = \"5 ms\", cpus = [2] } ⟨✓ 1 / 5 ms · assumed⟩\n"
-            );
-        }
-    }
-
-    #[test]
-    fn the_gateways_of_two_deployments_have_their_names() {
-        let sea = "deployment Sea { architecture A\n activity driver { priority = 1  period = 100  cpus = [2] }\n}\n";
-        expect![[r#"
-            gateway = { priority = 20, period = "5 ms", cpus = [2] } ⟨D: ✓ 1 / 5 ms · assumed⟩
-            gateway = { priority = 20, period = "5 ms", cpus = [2] } ⟨Sea: ✓ 1 / 5 ms · assumed⟩
-        "#]]
-        .assert_eq(&shown(sea, GATEWAY).1);
-    }
 }

@@ -18,10 +18,10 @@ use mauve_wcrt::{
 };
 use rustc_hash::FxHashMap;
 
-use super::deployment::in_other_file;
 use super::earlier::EarlierFigures;
 use super::in_file::on_lines;
 use super::label::{Texts, most_at};
+use super::other_files::in_other_file;
 use super::{HintOf, HintOptions, HintSubject, InlayHint, column, end_of_line, hash_of};
 
 /// Returns the hints of a timing table in `range` for the projects that share it, and whether limits are missing: those that are not
