@@ -218,20 +218,29 @@ fn variants(block: &str) -> [(&'static str, Vec<(String, String)>); 5] {
     };
     [
         ("", files.clone()),
-        (" — indented by tabs", each(with_tabs)),
+        (" — indented by tabs", with_tabs(&files)),
         (" — with CRLF", each(|text| text.replace('\n', "\r\n"))),
         (" — without a last newline", each(|text| text.trim_end_matches('\n').to_owned())),
         (" — behind a byte order mark", each(|text| format!("\u{feff}{text}"))),
     ]
 }
 
-fn with_tabs(text: &str) -> String {
+/// Indents the lines by tabs, except in YAML, which refuses them.
+fn with_tabs(files: &[(String, String)]) -> Vec<(String, String)> {
     let line = |line: &str| {
         let rest = line.trim_start_matches(' ');
         let spaces = line.len() - rest.len();
         format!("{}{}{rest}", "\t".repeat(spaces / 2), " ".repeat(spaces % 2))
     };
-    text.split_inclusive('\n').map(line).collect()
+    let indented = |(path, text): &(String, String)| {
+        let text = if path.ends_with(".yaml") {
+            text.clone()
+        } else {
+            text.split_inclusive('\n').map(line).collect()
+        };
+        (path.clone(), text)
+    };
+    files.iter().map(indented).collect()
 }
 
 /// Everything that is wrong in these files.
