@@ -201,9 +201,22 @@ fn a_thread_of_another_id_is_unknown() {
             b not-analysed: two entries have the id of its thread; the thread `/b@Timer(20000000)` of threads.yaml may delay it, and no activity has it; threads.yaml: a second entry of `/b@Timer(20000000)`: which of the two counts is unknown
             c not-analysed: the thread `/b@Timer(20000000)` of threads.yaml may delay it, and no activity has it; threads.yaml: a second entry of `/b@Timer(20000000)`: which of the two counts is unknown
             /threads.yaml "/b@Timer(20000000)" invalid-table: a second entry of `/b@Timer(20000000)`: which of the two counts is unknown
-            /threads.yaml "/b@Timer(20000000)" not-analysed: no activity of D has this thread, and what it may delay is not analysed: use SCHED_FIFO, for which bounds are known
         "#]],
     );
+}
+
+#[test]
+fn two_files_have_one_id() {
+    let robot = robot(&fine(), "").replace("[\"threads.yaml\"]", "[\"threads.yaml\", \"more.yaml\"]");
+    let more = "//- /more.yaml\nnon_ros_threads: [{name: logger, policy: SCHED_FIFO, priority: 9}]\n";
+    let robot = robot + more;
+    expect![[r#"
+        a not-analysed: the thread `logger` of more.yaml may delay it, and no activity has it; `c`, whose priority is unknown, may preempt it and is not analysed
+        b not-analysed: the thread `logger` of more.yaml may delay it, and no activity has it; `a` and `c` may preempt it and are not analysed
+        c not-analysed: two entries have the id of its thread; the thread `logger` of more.yaml may delay it, and no activity has it
+        /more.yaml "logger" invalid-table: a second entry of `logger`: which of the two counts is unknown
+        /threads.yaml "logger" invalid-table: a second entry of `logger`: which of the two counts is unknown
+    "#]].assert_eq(&(verdicts(&robot) + &diagnostics(&robot)));
 }
 
 #[test]

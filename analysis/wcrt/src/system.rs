@@ -1060,7 +1060,9 @@ impl<'db> SystemReader<'db> {
             let at = activity.at.clone();
             found.into_iter().take(1).for_each(|reason| activity.refuse(reason, at.clone()));
         }
-        for thread in declared.all.iter().filter(|it| delaying.contains(&it.id)) {
+        // A repeated id is another mistake.
+        let is_known = |it: &&DeclaredThread| it.doubt != Some(ThreadReason::Repeated);
+        for thread in declared.all.iter().filter(|it| delaying.contains(&it.id)).filter(is_known) {
             let Some(at) = place_of_thread(self.db, thread) else { continue };
             let (id, has_priority) = (thread.id.clone(), thread.priority.real_time().is_some());
             self.report(at, TimingFactKind::ThreadWithoutActivity { of: self.of, id, has_priority });

@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{Activity, Name};
 use mauve_hir::ros2_files::{
-    ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, GroupId, ThreadEntry,
-    ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers, read_threads,
+    ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, FileProblemKind, GroupId,
+    ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers, read_threads,
 };
 use mauve_hir::{
     FieldKind, FieldValue, File, Location, ModelDb, Workspace, config_file, config_of, platform_of,
@@ -286,6 +286,15 @@ pub fn thread_facts<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Timi
         found.extend(
             others.map(|it| TimingFact::new(at(&it.range), TimingFactKind::ThreadFile(it.kind.clone()))),
         );
+    }
+    // In two files.
+    for thread in &declared_threads(db, workspace).all {
+        let repeated = FileProblemKind::RepeatedId(thread.id.to_string());
+        let is_reported = || threads_in(db, thread.file).problems().any(|it| it.kind == repeated);
+        if thread.doubt == Some(ThreadReason::Repeated) && !is_reported() {
+            let fault = TimingFactKind::InvalidTable(TableFault::Threads(repeated));
+            found.extend(place_of_thread(db, thread).map(|at| TimingFact::new(at, fault)));
+        }
     }
     found
 }
