@@ -41,20 +41,26 @@ pub(super) fn report<'db>(
     Diagnostic::new(&NOT_ANALYSED, at, format!("`{instance}` is not analysed: {}", reasons.join("; ")))
 }
 
-/// A thread of a file that no activity of the deployment has.
+/// A thread of a file, or this timer of it, that no activity of the deployment has.
 pub(super) fn thread_without_activity<'db>(
     at: Location<'db>,
     deployment: &str,
     id: &str,
+    timer: Option<&str>,
     has_priority: bool,
 ) -> Diagnostic<'db> {
-    let what = match has_priority {
-        true => format!(
+    let what = match (timer, has_priority) {
+        (Some(timer), _) => {
+            let node = id.split('@').next().unwrap_or_default();
+            format!("add an activity with `thread = \"{node}@{timer}\"`")
+        }
+        (None, true) => format!(
             "give its callbacks activities with `thread = \"{id}\"`, or declare `[[platform.other]]` with `name = \"{id}\"`, \
              this priority, its CPUs and how much it executes"
         ),
-        false => "use SCHED_FIFO, for which bounds are known".to_owned(),
+        (None, false) => "use SCHED_FIFO, for which bounds are known".to_owned(),
     };
-    let message = format!("no activity of {deployment} has this thread, and what it may delay is not analysed: {what}");
+    let subject = timer.map_or("this thread".to_owned(), |timer| format!("`{timer}` of this thread"));
+    let message = format!("no activity of {deployment} has {subject}, and what it may delay is not analysed: {what}");
     Diagnostic::new(&NOT_ANALYSED, at, message)
 }

@@ -42,8 +42,14 @@ pub const EXHAUSTED: &str = "the budget of a better method is exhausted: the res
 
 fn thread(db: &dyn ModelDb, why: &ThreadReason) -> ReasonWords {
     match why {
-        ThreadReason::NoActivity { id, file } => words(
-            format!("the thread `{id}` of {} may delay it, and no activity has it", file_name(db, *file)),
+        ThreadReason::NoActivity { id, timer, file } => words(
+            match timer {
+                Some(timer) => format!("`{timer}` of the thread `{id}` may delay it, and has no activity"),
+                None => {
+                    let file = file_name(db, *file);
+                    format!("the thread `{id}` of {file} may delay it, and no activity has it")
+                }
+            },
             "a thread has no activity",
         ),
         ThreadReason::Deadline => words(

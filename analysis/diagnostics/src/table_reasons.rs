@@ -137,8 +137,8 @@ pub fn file_problem(kind: &FileProblemKind) -> String {
         Kind::WrongKind { key, expected } => {
             format!("invalid `{key}`: expected {}", expected_value(expected))
         }
-        Kind::MissingKey(key) => format!("no `{key}`: readers refuse the file without it"),
-        Kind::UnknownKey(key) => format!("readers ignore the key `{key}`"),
+        Kind::MissingKey(key) => format!("no `{key}`: the executor refuses the file without it"),
+        Kind::UnknownKey(key) => format!("the executor ignores the key `{key}`"),
         Kind::UnreadSection(name) => {
             format!(
                 "`{name}` does not count: declare what delays activities as `[[platform.other]]` of mauve.toml"
@@ -148,8 +148,8 @@ pub fn file_problem(kind: &FileProblemKind) -> String {
         Kind::UnusualId(id) => format!(
             "no executor has a callback group `{id}`: its ids are `/ns/node@Timer(1000000)@Subscription(/topic)`"
         ),
-        Kind::NameAndId => "both `name` and `id`: each version of the reader knows one of them".to_owned(),
-        Kind::NiceInPriority => "newer versions of the reader want the nice value in `nice`".to_owned(),
+        Kind::NameAndId => "both `name` and `id`: each version of the executor knows one of them".to_owned(),
+        Kind::NiceInPriority => "newer versions of the executor want the nice value in `nice`".to_owned(),
         Kind::InvalidDeadline => "Linux refuses this: 1024 ≤ runtime ≤ deadline ≤ period, in ns".to_owned(),
         Kind::DetachedController => "`detached` is refused for controllers: use `synchronized`".to_owned(),
         Kind::DeprecatedPriority => {

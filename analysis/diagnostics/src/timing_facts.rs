@@ -59,8 +59,9 @@ pub(super) fn timing_diagnostic<'db>(
             never_triggered::report(at, [instance, port], writer.as_ref())
         }
         Fact::TriggerNotRead { instance, port } => unread_trigger::report(at, instance, port),
-        Fact::ThreadWithoutActivity { of, id, has_priority } => {
-            not_analysed::thread_without_activity(at, of.name(db), id, *has_priority)
+        Fact::ThreadWithoutActivity { of, id, timer, has_priority } => {
+            let timer = timer.as_deref();
+            not_analysed::thread_without_activity(at, of.name(db), id, timer, *has_priority)
         }
         Fact::ThreadFile(kind) => Diagnostic::new(&UNKNOWN_TIMING_KEY, at, file_problem(kind)),
         Fact::InvalidTable(fault) => invalid_table::report(db, at, fault),

@@ -3,7 +3,11 @@
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
 
-use crate::common::{diagnostics, verdicts};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, names_of, projects};
+use mauve_wcrt::system_of;
+
+use crate::common::{diagnostics, verdicts, workspace};
 
 /// Three activities of 1, 2 and 4 ms in the threads of a file.
 fn robot(threads: &str, more: &str) -> String {
@@ -203,6 +207,45 @@ fn a_thread_of_another_id_is_unknown() {
             /threads.yaml "/b@Timer(20000000)" invalid-table: a second entry of `/b@Timer(20000000)`: which of the two counts is unknown
         "#]],
     );
+}
+
+#[test]
+fn a_callback_without_an_activity_is_not_left_out() {
+    let group = |callbacks: &str| fine().replace("/a@Timer(10000000)", &format!("/a{callbacks}"));
+    // It does execute: the others have no bound.
+    check(
+        &group("@Timer(10000000)@Timer(50000000)"),
+        "",
+        expect![[r#"
+        a not-analysed: `Timer(50000000)` of the thread `/a@Timer(10000000)@Timer(50000000)` may delay it, and has no activity
+        b not-analysed: `Timer(50000000)` of the thread `/a@Timer(10000000)@Timer(50000000)` may delay it, and has no activity; `a` may preempt it and is not analysed
+        c not-analysed: `Timer(50000000)` of the thread `/a@Timer(10000000)@Timer(50000000)` may delay it, and has no activity; `a` and `b` may preempt it and are not analysed
+        /threads.yaml "/a@Timer(10000000)@Timer(50000000)" not-analysed: no activity of D has `Timer(50000000)` of this thread, and what it may delay is not analysed: add an activity with `thread = "/a@Timer(50000000)"`
+    "#]],
+    );
+    let two = robot(&group("@Timer(10000000)@Timer(10000000)"), "");
+    assert!(diagnostics(&two).contains("no activity of D has `Timer(10000000)` of this thread"));
+    check(
+        &group("@Service(/x)@Timer(10000000)").replace("/b@Timer(20000000)", "/b/*"),
+        "",
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
+        c not-analysed: `b` may preempt it and is not analysed
+        /threads.yaml "/b/*" not-analysed: `b` is not analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
+    "#]],
+    );
+    let idle = |group: &str| {
+        let db = Database::default();
+        let robot = robot(&fine().replace("/a@Timer(10000000)", group).replace("RR", "FIFO"), "");
+        let project = projects(&db, workspace(&db, &robot))[0];
+        let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        system_of(&db, project, deployment).never_executed.clone()
+    };
+    assert_eq!(idle("/a@Timer(10000000)"), Vec::<String>::new());
+    let all = "/a@Service(/x)@Subscription(/y)@Timer(10000000)";
+    assert_eq!(idle(all), [format!("Service(/x) of {all}"), format!("Subscription(/y) of {all}")]);
+    assert_eq!(idle("/a/*"), ["other groups of /a/*"]);
 }
 
 #[test]
@@ -418,9 +461,10 @@ fn callbacks_of_one_entry_have_one_thread() {
     let robot = robot.replace(&file, &two);
     expect![[r#"
         a not-analysed: its thread cannot be used; the thread `/a@Subscription(/y)@Timer(10000000)` of threads.yaml may delay it, and no activity has it
-        b not-analysed: `a`, whose priority is unknown, may preempt it and is not analysed
-        c not-analysed: the thread `/a@Subscription(/y)@Timer(10000000)` of threads.yaml may delay it, and no activity has it; `a`, whose priority is unknown, may preempt it and is not analysed
+        b not-analysed: `Timer(10000000)` of the thread `/a@Subscription(/x)@Timer(10000000)` may delay it, and has no activity; `a`, whose priority is unknown, may preempt it and is not analysed
+        c not-analysed: the thread `/a@Subscription(/y)@Timer(10000000)` of threads.yaml may delay it, and no activity has it; `a` and `b` may preempt it and are not analysed
         /model.mal "\"/a@Timer(10000000)\"" invalid-field: no thread `/a@Timer(10000000)`, or several, in the files of `[platform] threads` of mauve.toml
+        /threads.yaml "/a@Subscription(/x)@Timer(10000000)" not-analysed: no activity of D has `Timer(10000000)` of this thread, and what it may delay is not analysed: add an activity with `thread = "/a@Timer(10000000)"`
         /threads.yaml "/a@Subscription(/y)@Timer(10000000)" not-analysed: no activity of D has this thread, and what it may delay is not analysed: give its callbacks activities with `thread = "/a@Subscription(/y)@Timer(10000000)"`, or declare `[[platform.other]]` with `name = "/a@Subscription(/y)@Timer(10000000)"`, this priority, its CPUs and how much it executes
     "#]].assert_eq(&(verdicts(&robot) + &diagnostics(&robot)));
 }

@@ -325,8 +325,8 @@ pub struct IncompleteTable {
 /// Why the files of `[platform] threads` do not say with which priority an activity is executed, or what delays it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ThreadReason {
-    /// This thread may delay it, and no activity says what it executes.
-    NoActivity { id: Name, file: File },
+    /// This thread, or this timer of it, may delay it, and no activity says what it executes.
+    NoActivity { id: Name, timer: Option<Name>, file: File },
     /// Its policy is `SCHED_DEADLINE`.
     Deadline,
     /// Its policy is `SCHED_RR`, and another thread has this priority.

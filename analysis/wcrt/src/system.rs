@@ -18,7 +18,7 @@ use crate::threads::{DeclaredThread, declared_threads, id_of_thread, place_of_th
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
-use mauve_hir::ros2_files::ThreadPlace;
+use mauve_hir::ros2_files::{GroupCallback, GroupId, ThreadPlace};
 use mauve_hir::{
     ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldKind, FieldValue,
     File, Flat, FlatInstance, GatewayConfig, Hosts, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES,
@@ -39,6 +39,8 @@ pub struct System<'db> {
     pub connected: Vec<Connected>,
     /// Why nothing is analysed: an activity may be missing, or a time that makes every bound longer.
     pub not_analysed: Vec<Refusal<'db>>,
+    /// What threads of files may execute that no activity has, and that is assumed to be never executed.
+    pub never_executed: Vec<String>,
     /// The facts about the deployment.
     pub facts: Vec<TimingFact<'db>>,
 }
@@ -221,7 +223,8 @@ pub(crate) fn read<'db>(
     data: &Deployment,
 ) -> System<'db> {
     let hosts = hosts_of(db, project.workspace(db));
-    let mut reader = SystemReader { db, project, of, hosts, found: System::default() };
+    let mut reader =
+        SystemReader { db, project, of, hosts, covered: BTreeMap::new(), found: System::default() };
     reader.deployment(data);
     let thread = |it: &Activity| FieldKind::Thread.read(it.field(ActivityField::Thread)?).ok();
     let is_declared = |it: &Arc<Activity>| matches!(thread(it), Some(FieldValue::DeclaredThread(_)));
@@ -245,6 +248,8 @@ struct SystemReader<'db> {
     project: Project<'db>,
     of: Decl<'db>,
     hosts: &'db Hosts,
+    /// The callbacks of threads in files that activities have, by the index of the thread; of the whole id, all.
+    covered: BTreeMap<usize, Vec<GroupCallback>>,
     found: System<'db>,
 }
 
@@ -672,6 +677,13 @@ impl<'db> SystemReader<'db> {
             }
             return Some(None);
         };
+        let is_all = id == thread.id;
+        let own: Option<GroupId> = id.parse().ok().filter(|_| !is_all);
+        let own = own.map_or_else(|| thread.callbacks().to_vec(), |it| it.callbacks);
+        self.covered.entry(index).or_default().extend(own);
+        if !fields.written.contains_key(&ActivityField::Order) {
+            found.task.order = Order::Any;
+        }
         found.thread_name = Some(if thread.is_wildcard() { id } else { thread.id.clone() });
         found.declared_thread = Some((index, written.value_id));
         for field in [ActivityField::Priority].into_iter().chain(PLACES) {
@@ -1042,12 +1054,38 @@ impl<'db> SystemReader<'db> {
                 let cpus =
                     if thread.cpus.is_empty() { self.found.cpus } else { hosts.numbered(host, thread.cpus) };
                 if !is_declared(&hosts.on(host, &thread.id), priority, cpus) {
-                    let reason = ThreadReason::NoActivity { id: thread.id.clone(), file: thread.file };
-                    threads.push((priority, cpus, Reason::Thread(reason)));
+                    threads.push((priority, cpus, no_activity(thread, None)));
                 }
             }
         }
-        let mut delaying: BTreeSet<Name> = BTreeSet::new();
+        for (index, covered) in &self.covered {
+            let Some(thread) = declared.all.get(*index) else { continue };
+            if thread.priority == Priority::Background {
+                continue;
+            }
+            if thread.is_wildcard() {
+                self.found.never_executed.push(format!("other groups of {}", thread.id));
+            }
+            let mut covered = covered.clone();
+            for callback in thread.callbacks() {
+                // Of two timers of one period, each needs an activity.
+                if let Some(index) = covered.iter().position(|it| it == callback) {
+                    covered.swap_remove(index);
+                    continue;
+                }
+                match callback {
+                    // It does execute.
+                    GroupCallback::Timer(_) => {
+                        let reason = no_activity(thread, Some(callback.to_string().into()));
+                        let is_alone = hosts.all.is_empty() && !thread.cpus.is_empty();
+                        let cpus = if is_alone { thread.cpus } else { self.found.cpus };
+                        threads.push((thread.priority.real_time(), cpus, reason));
+                    }
+                    _ => self.found.never_executed.push(format!("{callback} of {}", thread.id)),
+                }
+            }
+        }
+        let mut delaying: BTreeSet<(Name, Option<Name>)> = BTreeSet::new();
         for activity in self.found.activities.iter_mut().filter(|it| it.gateway.is_none()) {
             let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
             let is_delayed = |(priority, of_thread, _): &&(Option<u32>, CpuSet, Reason<'db>)| {
@@ -1062,10 +1100,12 @@ impl<'db> SystemReader<'db> {
         }
         // A repeated id is another mistake.
         let is_known = |it: &&DeclaredThread| it.doubt != Some(ThreadReason::Repeated);
-        for thread in declared.all.iter().filter(|it| delaying.contains(&it.id)).filter(is_known) {
-            let Some(at) = place_of_thread(self.db, thread) else { continue };
-            let (id, has_priority) = (thread.id.clone(), thread.priority.real_time().is_some());
-            self.report(at, TimingFactKind::ThreadWithoutActivity { of: self.of, id, has_priority });
+        for (id, timer) in delaying {
+            let thread = declared.all.iter().find(|it| it.id == id).filter(is_known);
+            let Some(at) = thread.and_then(|it| place_of_thread(self.db, it)) else { continue };
+            let has_priority = thread.is_some_and(|it| it.priority.real_time().is_some());
+            let of = self.of;
+            self.report(at, TimingFactKind::ThreadWithoutActivity { of, id, timer, has_priority });
         }
         for (index, priority) in self.taking_turns(&others) {
             let activity = &mut self.found.activities[index];
@@ -1166,9 +1206,13 @@ impl<'db> SystemReader<'db> {
     }
 }
 
-fn thread_without_activity(reason: &Reason<'_>) -> Option<Name> {
+fn no_activity<'db>(thread: &DeclaredThread, timer: Option<Name>) -> Reason<'db> {
+    Reason::Thread(ThreadReason::NoActivity { id: thread.id.clone(), timer, file: thread.file })
+}
+
+fn thread_without_activity(reason: &Reason<'_>) -> Option<(Name, Option<Name>)> {
     match reason {
-        Reason::Thread(ThreadReason::NoActivity { id, .. }) => Some(id.clone()),
+        Reason::Thread(ThreadReason::NoActivity { id, timer, .. }) => Some((id.clone(), timer.clone())),
         _ => None,
     }
 }

@@ -8,8 +8,9 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{Activity, Name};
 use mauve_hir::ros2_files::{
-    ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, FileProblemKind, GroupId,
-    ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers, read_threads,
+    ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, FileProblemKind,
+    GroupCallback, GroupId, ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers,
+    read_threads,
 };
 use mauve_hir::{
     FieldKind, FieldValue, File, Location, ModelDb, Workspace, config_file, config_of, platform_of,
@@ -318,8 +319,13 @@ impl DeclaredThread {
         (self.file, self.place)
     }
 
+    /// Returns the callbacks of its group.
+    pub(crate) fn callbacks(&self) -> &[GroupCallback] {
+        self.group.as_ref().map_or(&[], |it| &it.callbacks)
+    }
+
     /// Returns whether several threads may have the entry.
-    pub(crate) fn is_wildcard(&self) -> bool {
+    pub fn is_wildcard(&self) -> bool {
         self.group.as_ref().is_some_and(|it| it.is_wildcard)
     }
 }

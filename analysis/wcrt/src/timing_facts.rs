@@ -11,7 +11,7 @@ use crate::reason::{Reason, Refusal, Share};
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
 use crate::system::{System, system_of};
-use crate::threads::{declared_threads, place_of_thread};
+use crate::threads::{DeclaredThreads, declared_threads, place_of_thread};
 use mauve_hir::{Decl, Location, ModelDb, Project};
 
 /// Returns missed deadlines, overloaded CPUs, and activities that are not analysed for a reason that no other fact
@@ -70,7 +70,7 @@ pub fn timing_facts<'db>(
         let kind = TimingFactKind::UnmeasuredAccess { ports };
         found.push(TimingFact::new(Location::name_of(deployment), kind));
     }
-    found.extend(overloads(db, system_of(db, project, deployment), report, query.level));
+    found.extend(overloads(db, (system_of(db, project, deployment), declared), report, query.level));
     found
 }
 
@@ -91,14 +91,16 @@ fn full_cpus(report: &Report<'_>) -> CpuSet {
 /// Returns a fact for each overloaded CPU.
 fn overloads<'db>(
     db: &'db dyn ModelDb,
-    system: &System<'db>,
+    (system, declared): (&System<'db>, &DeclaredThreads),
     report: &Report<'db>,
     level: Level,
 ) -> Vec<TimingFact<'db>> {
     let reports = &report.activities;
     let mut found: Vec<(Overload<'db>, Option<Location<'db>>)> = Vec::new();
-    for report in reports {
+    for (report, activity) in reports.iter().zip(&system.activities) {
         let Some(at) = report.at.clone() else { continue };
+        let of_thread = activity.declared_thread.and_then(|(index, _)| declared.all.get(index));
+        let at = of_thread.and_then(|it| place_of_thread(db, it)).unwrap_or(at);
         for Refusal { reason, .. } in &report.reasons {
             let Reason::Overloaded { cpu, named, priority, utilisation } = reason else { continue };
             let (cpu, priority, utilisation) = (*cpu, *priority, *utilisation);

@@ -113,10 +113,7 @@ fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<ReadFiles, Str
         };
         if let Some(problem) = problems.iter().find(|it| it.kind.is_error()) {
             let line = text.get(..problem.range.start).map_or(1, |before| before.matches('\n').count() + 1);
-            return Err(format!(
-                "{shown}:{line}: {kind} has something else here: {}",
-                file_problem(&problem.kind)
-            ));
+            return Err(format!("{shown}:{line}: in {kind}: {}", file_problem(&problem.kind)));
         }
         if is_of_threads {
             if found.threads.is_some() {

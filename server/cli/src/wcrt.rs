@@ -379,6 +379,9 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     out + &conditions(it)
 }
 
+/// The most callbacks that are named as never executed.
+const MOST_IDLE: usize = 4;
+
 /// Returns what the figures of a deployment depend on, and why some are missing: a line each.
 pub(super) fn conditions(it: &Deployed<'_>) -> String {
     let mut out: String = it.supports().into_iter().map(|it| format!("  {}\n", supported(it))).collect();
@@ -397,16 +400,29 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
         );
     }
     if let Analysed::Model(project, deployment) = it.origin {
-        let all = &system_of(it.db, project, deployment).activities;
+        let system = system_of(it.db, project, deployment);
+        let all = &system.activities;
         let has_none =
             |it: &&ResolvedActivity<'_>| it.priority == Priority::Background && it.declared_thread.is_some();
         let count = all.iter().filter(has_none).count();
         if count > 0 {
             let _ = writeln!(
                 out,
-                "  no bound for {count} of {}, whose threads have no real-time policy in their file; `mauve tune --priorities` finds \
+                "  no bound for {count} of {} activities, whose threads have no real-time policy in their file; `mauve tune --priorities` finds \
                  priorities",
                 all.len()
+            );
+        }
+    }
+    if let Analysed::Model(project, deployment) = it.origin {
+        let idle = &system_of(it.db, project, deployment).never_executed;
+        let (shown, more) = idle.split_at(idle.len().min(MOST_IDLE));
+        if !shown.is_empty() {
+            let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+            let _ = writeln!(
+                out,
+                "  assumption: what has no activity in its thread is never executed: {}{more}",
+                shown.join(", ")
             );
         }
     }

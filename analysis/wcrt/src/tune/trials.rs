@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use mauve_hir::{Decl, Hosts, ModelDb, PERIODS, PLACES, deployment, hosts_of};
+use mauve_hir::{Decl, Hosts, ModelDb, PERIODS, PLACES, Project, deployment, hosts_of};
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{
     Bound, CpuSet, Demand, Edge, Priority, Protocol, Response, StateMachine, Task, Tasks, Time, Utilisation,
@@ -16,6 +16,7 @@ use crate::chains::{LimitedLatency, latencies_of};
 use crate::reason::Reason;
 use crate::system::{ResolvedActivity, System, activities_of, others_of};
 use crate::task_set::DeployedTasks;
+use crate::threads::{DeclaredThread, declared_threads};
 use crate::variants::Variants;
 use crate::what_if::{WhatIfField, least_period, other_period};
 
@@ -182,7 +183,7 @@ impl<'db> Trials<'db> {
         let mut trials = Trials {
             variants,
             request: request.clone(),
-            units: units(db, of, system, request),
+            units: units(db, (project, of), system, request),
             fixed: fixed.collect(),
             fixed_activities: gateways().map(|(index, _)| index).collect(),
             given_up: Vec::new(),
@@ -500,15 +501,19 @@ fn latency(found: &[LimitedLatency]) -> (i128, i128) {
 /// Returns the units of a deployment.
 fn units<'db>(
     db: &'db dyn ModelDb,
-    of: Decl<'db>,
+    (project, of): (Project<'db>, Decl<'db>),
     system: &'db System<'db>,
     request: &TuneRequest,
 ) -> Vec<TuneUnit<'db>> {
     let written = activities_of(db, of);
+    let threads = declared_threads(db, project.workspace(db));
     let mut units: Vec<TuneUnit<'db>> = Vec::new();
     for (index, activity) in system.activities.iter().enumerate() {
         let Some(declared) = written.get(&activity.instance) else { continue };
-        let is_pinned = request.pins.iter().any(|it| *it == activity.instance || *it == activity.activity);
+        // An entry of several groups stays: others would change, too.
+        let entry = activity.declared_thread.and_then(|(index, _)| threads.all.get(index));
+        let is_pinned = request.pins.iter().any(|it| *it == activity.instance || *it == activity.activity)
+            || entry.is_some_and(DeclaredThread::is_wildcard);
         // A thread of a file gets a policy with its priority.
         let may_rise = activity.declared_thread.is_some() && activity.period.is_some() && !is_pinned;
         if activity.gateway.is_some() || activity.priority == Priority::Background && !may_rise {

@@ -320,7 +320,10 @@ impl<'a> Model<'a> {
             // It waits until one of the threads of its executor is free.
             false => 0,
         };
-        self.deployment(&mut text, "Recorded", "The priorities of the recording.", recorded);
+        // Without any, nothing in it has a bound.
+        if self.parts.iter().any(|part| recorded(part) > 0) {
+            self.deployment(&mut text, "Recorded", "The priorities of the recording.", recorded);
+        }
         let ids: Vec<Option<String>> = self.parts.iter().map(|it| self.thread_id(it)).collect();
         if ids.iter().any(Option::is_some) {
             let _ = writeln!(
@@ -330,7 +333,7 @@ impl<'a> Model<'a> {
                 comment(&self.system.threads.path)
             );
             for (part, id) in self.parts.iter().zip(ids) {
-                let place = id.map(|it| format!(" thread = \"{it}\"  order = any"));
+                let place = id.map(|it| format!(" thread = \"{it}\""));
                 text += &part.activity(place, self.system);
             }
             self.end_deployment(&mut text);
