@@ -225,7 +225,7 @@ fn a_client_that_can_watch_files_is_asked_to() {
         for asked in asked {
             assert_eq!(asked["method"], "workspace/didChangeWatchedFiles");
             let pattern = &asked["registerOptions"]["watchers"][0]["globPattern"];
-            assert_eq!(pattern, "**/*.{mal,toml,samples,msg}");
+            assert_eq!(pattern, "**/*.{mal,toml,samples,msg,yaml,yml}");
         }
     }
 }
