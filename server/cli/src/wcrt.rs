@@ -408,8 +408,7 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
         if count > 0 {
             let _ = writeln!(
                 out,
-                "  no bound for {count} of {} activities, whose threads have no real-time policy in their file; `mauve tune --priorities` finds \
-                 priorities",
+                "  no bound for {count} of {} activities: their threads have no real-time policy; see `mauve tune --priorities`",
                 all.len()
             );
         }
