@@ -65,7 +65,15 @@ impl Import {
         if let Some(folder) = &self.output {
             text += &written(folder, &system)?;
             match import_recordings(&recordings, &folder.join(SAMPLES)) {
-                Ok(_) => text += &next(folder),
+                Ok(_) => {
+                    let all = std::iter::once(&system.threads.path).chain(&system.controllers);
+                    for path in all.filter(|it| it.starts_with("..")) {
+                        text += &format!(
+                            "`{path}` is not in the project: unless both are in one repository, commands read it only with --allow-outside\n"
+                        );
+                    }
+                    text += &next(folder);
+                }
                 Err(message) => {
                     say(&message);
                     code = 2;
