@@ -39,8 +39,9 @@ pub struct System<'db> {
     pub connected: Vec<Connected>,
     /// Why nothing is analysed: an activity may be missing, or a time that makes every bound longer.
     pub not_analysed: Vec<Refusal<'db>>,
-    /// What threads of files may execute that no activity has, and that is assumed to be never executed.
-    pub never_executed: Vec<String>,
+    /// The callbacks of threads of files that no activity has, and that are assumed to be never executed: each with the id of its thread. For
+    /// `/ns/node/*`, which other groups may have, none.
+    pub never_executed: Vec<(Name, Option<Name>)>,
     /// The facts about the deployment.
     pub facts: Vec<TimingFact<'db>>,
 }
@@ -1064,7 +1065,7 @@ impl<'db> SystemReader<'db> {
                 continue;
             }
             if thread.is_wildcard() {
-                self.found.never_executed.push(format!("other groups of {}", thread.id));
+                self.found.never_executed.push((thread.id.clone(), None));
             }
             let mut covered = covered.clone();
             for callback in thread.callbacks() {
@@ -1081,7 +1082,10 @@ impl<'db> SystemReader<'db> {
                         let cpus = if is_alone { thread.cpus } else { self.found.cpus };
                         threads.push((thread.priority.real_time(), cpus, reason));
                     }
-                    _ => self.found.never_executed.push(format!("{callback} of {}", thread.id)),
+                    _ => {
+                        let callback = Some(callback.to_string().into());
+                        self.found.never_executed.push((thread.id.clone(), callback));
+                    }
                 }
             }
         }

@@ -416,6 +416,13 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
     if let Analysed::Model(project, deployment) = it.origin {
         let idle = &system_of(it.db, project, deployment).never_executed;
         let (shown, more) = idle.split_at(idle.len().min(MOST_IDLE));
+        let shown: Vec<String> = shown
+            .iter()
+            .map(|(id, callback)| match callback {
+                Some(callback) => format!("{callback} of {id}"),
+                None => format!("other groups of {id}"),
+            })
+            .collect();
         if !shown.is_empty() {
             let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
             let _ = writeln!(
