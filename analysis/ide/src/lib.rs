@@ -166,7 +166,7 @@ pub use sensitivity::percentage;
 pub use signature_help::{CallSignature, signature_help};
 pub use state_machine::{MachineTitle, draw_state_machine};
 pub use text_canvas::in_columns;
-pub use threads::models_with_threads;
+pub use threads::deployments_with_threads;
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};
 pub use what_if::{compared, edit_of_fields, what_if, what_if_change};

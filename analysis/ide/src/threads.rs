@@ -18,21 +18,17 @@ pub(crate) struct ThreadAt<'db> {
     pub(crate) id: TextRange,
 }
 
-/// Returns the models with the deployments that may have the threads of a file, each with its project.
-pub fn models_with_threads<'db>(
+/// Returns the deployments that may have the threads of a file, each with its project.
+pub fn deployments_with_threads<'db>(
     db: &'db dyn ModelDb,
     projects: &[Project<'db>],
     file: File,
-) -> Vec<(File, Project<'db>)> {
-    let mut found: Vec<(File, Project<'db>)> = Vec::new();
-    for &project in projects {
-        if thread_files(db, project.workspace(db)).files.contains(&file) {
-            let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
-            found.extend(deployments.map(|it| (it.file(db), project)));
-        }
-    }
-    found.dedup();
-    found
+) -> Vec<(Project<'db>, Decl<'db>)> {
+    let has_it = |it: &&Project<'db>| thread_files(db, it.workspace(db)).files.contains(&file);
+    let deployments = |&project: &Project<'db>| {
+        names_of(db, project).of_kind(db, Kind::Deployment).map(move |it| (project, it))
+    };
+    projects.iter().filter(has_it).flat_map(deployments).collect()
 }
 
 /// Returns the threads of a file that activities of a project name, in the order of the deployments and activities.
@@ -78,7 +74,7 @@ mod tests {
     use mauve_syntax::TextRange;
     use salsa::Durability;
 
-    use super::models_with_threads;
+    use super::deployments_with_threads;
 
     const ROBOT: &str = "codel see(): int
 codel plan(): int
@@ -144,9 +140,8 @@ callback_groups:
         let options = HintOptions::default();
         let figures = |db: &Database, earlier: &EarlierFigures| {
             let projects = projects_with(db, &[workspace], file);
-            let models = models_with_threads(db, &projects, file);
-            let models: Vec<_> = models.into_iter().map(|(file, project)| (file, Some(project))).collect();
-            earlier.updated(db, &models, options, false)
+            let deployments = deployments_with_threads(db, &projects, file);
+            earlier.updated(db, &[], &deployments, options, false)
         };
         let known = figures(&db, &EarlierFigures::default());
         let text = file.text(&db).replacen("priority: 20", "priority: ", 1);

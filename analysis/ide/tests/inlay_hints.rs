@@ -171,7 +171,7 @@ fn older_figures_stand_only_where_the_text_has_none() {
             file.set_text(&mut db, text.into());
             let with_projects: Vec<_> =
                 files.iter().map(|&file| (file, project_with(&db, workspace, file))).collect();
-            earlier = earlier.updated(&db, &with_projects, options, false);
+            earlier = earlier.updated(&db, &with_projects, &[], options, false);
             current.extend(responses(&db, workspace));
             for &file in &files {
                 let text = file.text(&db).clone();

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_diagnostics::{Extent, Finding, Severity, checked_files, extent_of, findings_of};
-use mauve_hir::{File, ModelDb, Project, Workspace, is_model};
+use mauve_hir::{Decl, File, ModelDb, Project, Workspace, is_model};
 use mauve_ide::EarlierFigures;
 use tower_lsp::lsp_types::{NumberOrString, TextDocumentIdentifier, Url};
 
@@ -214,12 +214,11 @@ pub(crate) fn compare(snapshot: &Snapshot) -> ComparedHints {
     let is_table = |document: &Document| !is_model(document.file.path(db));
     let tables: Vec<(&Url, &Document)> =
         snapshot.documents.iter().filter(|(_, it)| !snapshot.is_stopped && is_table(it)).collect();
-    let of_threads = |(_, document): &(&Url, &Document)| {
-        mauve_ide::models_with_threads(db, &snapshot.answering(document.file), document.file)
-    };
-    let of_threads = tables.iter().flat_map(of_threads).map(|(file, project)| (file, Some(project)));
-    let with_figures: Vec<(File, Option<Project<'_>>)> = files.iter().copied().chain(of_threads).collect();
-    let figures = snapshot.earlier.updated(db, &with_figures, options, snapshot.are_saved);
+    let deployments: Vec<(Project<'_>, Decl<'_>)> = tables
+        .iter()
+        .flat_map(|(_, it)| mauve_ide::deployments_with_threads(db, &snapshot.answering(it.file), it.file))
+        .collect();
+    let figures = snapshot.earlier.updated(db, &files, &deployments, options, snapshot.are_saved);
     for ((url, document), (_, project)) in models.into_iter().zip(&files) {
         let hash = project.map_or(0, |it| mauve_ide::hash_of_hints(db, it, document.file, options, &figures));
         hints.insert(url.clone(), hash);

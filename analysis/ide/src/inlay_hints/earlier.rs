@@ -64,30 +64,31 @@ impl EarlierFigures {
         waiting.filter_map(|figures| Some(PATIENCE.saturating_sub(figures.older?.0.elapsed()))).min()
     }
 
-    /// Returns these figures with the known ones of `files`, each with its project, if it has one. If the texts `are_saved`, the hints say at once why a figure is
+    /// Returns these figures with the known ones of `files`, each with its project, if it has one, and of `deployments` in other files. If the texts `are_saved`, the hints say at once why a figure is
     /// unknown.
     #[must_use]
     pub fn updated(
         &self,
         db: &dyn ModelDb,
         files: &[(File, Option<Project<'_>>)],
+        deployments: &[(Project<'_>, Decl<'_>)],
         options: HintOptions,
         are_saved: bool,
     ) -> EarlierFigures {
         let mut updated = EarlierFigures::default();
         let with_projects = files.iter().filter_map(|&(file, project)| Some((file, project?)));
-        for (file, project) in with_projects {
-            for &decl in &declarations(db, file).all {
-                let owner = FigureOwner::of(db, project, decl);
-                let before = self.of.get(&owner);
-                let hash = hash_of_declaration(db, project, decl, options);
-                let figures = match before {
-                    Some(before) if before.hash == hash && before.older.is_none() => Arc::clone(before),
-                    _ => Arc::new(figures_of(db, project, decl, options, before, hash, are_saved)),
-                };
-                if !figures.of.is_empty() {
-                    updated.of.insert(owner, figures);
-                }
+        let declared = with_projects
+            .flat_map(|(file, project)| declarations(db, file).all.iter().map(move |&decl| (project, decl)));
+        for (project, decl) in declared.chain(deployments.iter().copied()) {
+            let owner = FigureOwner::of(db, project, decl);
+            let before = self.of.get(&owner);
+            let hash = hash_of_declaration(db, project, decl, options);
+            let figures = match before {
+                Some(before) if before.hash == hash && before.older.is_none() => Arc::clone(before),
+                _ => Arc::new(figures_of(db, project, decl, options, before, hash, are_saved)),
+            };
+            if !figures.of.is_empty() {
+                updated.of.insert(owner, figures);
             }
         }
         // A declaration may be missing because of a syntax error.
@@ -326,7 +327,7 @@ deployment D {
         fn update(&mut self, is_saved: bool) {
             let files = [(self.file, project_with(&self.db, self.workspace, self.file))];
             let options = HintOptions::default();
-            self.earlier = self.earlier.updated(&self.db, &files, options, is_saved);
+            self.earlier = self.earlier.updated(&self.db, &files, &[], options, is_saved);
         }
 
         /// Changes the text; returns the hints, each with the beginning of its line.
