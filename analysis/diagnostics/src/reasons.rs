@@ -58,7 +58,7 @@ fn thread(db: &dyn ModelDb, why: &ThreadReason) -> ReasonWords {
         ),
         ThreadReason::SharedRoundRobin(priority) => words(
             format!(
-                "its thread has the policy SCHED_RR, and another one may have its priority, {priority}: use SCHED_FIFO, or other priorities"
+                "threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of {priority}: use SCHED_FIFO, or other priorities"
             ),
             "SCHED_RR is shared",
         ),

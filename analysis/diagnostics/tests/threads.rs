@@ -131,9 +131,9 @@ fn policies_without_a_bound() {
         "",
         expect![[r#"
             a met 1 ms
-            b not-analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
+            b not-analysed: threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of 20: use SCHED_FIFO, or other priorities
             c not-analysed: `b` may preempt it and is not analysed
-            /threads.yaml "/b@Timer(20000000)" not-analysed: `b` is not analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
+            /threads.yaml "/b@Timer(20000000)" not-analysed: `b` is not analysed: threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of 20: use SCHED_FIFO, or other priorities
         "#]],
     );
 }
@@ -229,11 +229,11 @@ fn a_callback_without_an_activity_is_not_left_out() {
         &group("@Service(/x)@Timer(10000000)").replace("/b@Timer(20000000)", "/b/*"),
         "",
         expect![[r#"
-        a met 1 ms
-        b not-analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
-        c not-analysed: `b` may preempt it and is not analysed
-        /threads.yaml "/b/*" not-analysed: `b` is not analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
-    "#]],
+            a met 1 ms
+            b not-analysed: threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of 20: use SCHED_FIFO, or other priorities
+            c not-analysed: `b` may preempt it and is not analysed
+            /threads.yaml "/b/*" not-analysed: `b` is not analysed: threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of 20: use SCHED_FIFO, or other priorities
+        "#]],
     );
     let idle = |group: &str| {
         let db = Database::default();
@@ -286,9 +286,9 @@ fn a_thread_without_an_activity_is_not_left_out() {
         &declared(20),
         expect![[r#"
             a met 1 ms
-            b not-analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
+            b not-analysed: threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of 20: use SCHED_FIFO, or other priorities
             c not-analysed: `b` may preempt it and is not analysed
-            /threads.yaml "/b@Timer(20000000)" not-analysed: `b` is not analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
+            /threads.yaml "/b@Timer(20000000)" not-analysed: `b` is not analysed: threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of 20: use SCHED_FIFO, or other priorities
         "#]],
     );
     check(
@@ -327,9 +327,9 @@ fn a_thread_without_an_activity_is_not_left_out() {
         "",
         expect![[r#"
             a met 1 ms
-            b not-analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
+            b not-analysed: threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of 20: use SCHED_FIFO, or other priorities
             c not-analysed: `b` may preempt it and is not analysed
-            /threads.yaml "/b/*" not-analysed: `b` is not analysed: its thread has the policy SCHED_RR, and another one may have its priority, 20: use SCHED_FIFO, or other priorities
+            /threads.yaml "/b/*" not-analysed: `b` is not analysed: threads of SCHED_RR with one priority take turns, which is not analysed, and another thread may have its priority of 20: use SCHED_FIFO, or other priorities
         "#]],
     );
 }

@@ -49,8 +49,8 @@ impl GroupId {
         GroupId { callbacks: Vec::new(), is_wildcard: false, ..self.clone() }
     }
 
-    /// Returns whether a group is one of the same node, with all these callbacks and perhaps more: those of a group say which it is, so that
-    /// nobody has to write the services of its parameters.
+    /// Returns whether a group is one of the same node, with all these callbacks and perhaps more. So a few callbacks can name a group,
+    /// without the services of its parameters.
     ///
     /// ```
     /// use mauve_hir::ros2_files::GroupId;

@@ -2,7 +2,7 @@
 
 local M = {}
 
---- Models, tables and `mauve.toml`, and what an executor of ROS 2 reads: those of other folders are nobody's business.
+--- The file types of models, of tables and `mauve.toml`, and of what an executor of ROS 2 reads.
 M.filetypes = { 'mauve', 'toml', 'yaml' }
 
 ---@class mauve.Settings  What `vim.g.mauve` may hold.
