@@ -122,13 +122,13 @@ pub use system::{ResolvedActivity, System, Trigger, system_of};
 pub use table_set::{TableSet, all_tables_of, table_sets, tables_of, tables_of_host};
 pub use task_set::DeployedTasks;
 pub use threads::{
-    DeclaredThread, DeclaredThreads, ThreadFile, declared_threads, input_files, is_throttled,
-    place_of_thread, thread_facts, thread_files, threads_in,
+    DeclaredThread, DeclaredThreads, ThreadFile, declared_threads, is_throttled, place_of_thread,
+    thread_facts, threads_in,
 };
 pub use timetable::{
-    LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of, levels_of_tables,
-    observed_files, observed_in, observed_responses, pattern_of_path, table, table_facts, table_files,
-    table_pattern, timed_by, timetable_of,
+    LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, input_files, levels_of,
+    levels_of_tables, observed_files, observed_in, observed_responses, pattern_of_path, table, table_facts,
+    table_files, table_pattern, thread_files, timed_by, timetable_of,
 };
 pub use timing_facts::timing_facts;
 pub use triggers::trigger_facts;

@@ -14,15 +14,15 @@ use crate::serving::{Serving, errors_and_items, serving_of};
 use crate::table_set::{TableSet, all_tables_of, tables_of_host};
 #[cfg(doc)]
 use crate::threads::DeclaredThreads;
-use crate::threads::{DeclaredThread, declared_threads, id_of_thread, place_of_thread};
+use crate::threads::{DeclaredThread, declared_id, declared_threads, place_of_thread};
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
-use mauve_hir::ros2_files::{GroupCallback, GroupId, ThreadPlace};
+use mauve_hir::ros2_files::{GroupCallback, GroupId};
 use mauve_hir::{
-    ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldKind, FieldValue,
-    File, Flat, FlatInstance, GatewayConfig, Hosts, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES,
-    Project, Topic, Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment,
+    ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldValue, Flat,
+    FlatInstance, GatewayConfig, Hosts, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES, Project,
+    Topic, Unresolved, Workspace, architecture, config_file, config_of, declarations, deployment,
     field_entry, flat_of, hosts_of, incomplete_file, number, platform_of, resolve_path, resolve_type,
     ros2_of, same_fields, similar, similar_field, too_large,
 };
@@ -144,9 +144,7 @@ impl<'db> ResolvedActivity<'db> {
     /// Enters the value of a field, unless it names something that is to be resolved.
     fn set(&mut self, field: ActivityField, value: &FieldValue) {
         match *value {
-            FieldValue::Thread(ref thread) | FieldValue::DeclaredThread(ref thread) => {
-                self.thread_name = Some(thread.clone());
-            }
+            FieldValue::Thread(ref thread) => self.thread_name = Some(thread.clone()),
             FieldValue::Order(order) => self.task.order = order,
             FieldValue::Truth(is_preemptive) => self.task.is_not_preempted = !is_preemptive,
             FieldValue::Cpus(cpus) => self.task.cpus = Some(cpus),
@@ -165,7 +163,10 @@ impl<'db> ResolvedActivity<'db> {
                     self.is_exact &= is_exact;
                 }
             },
-            FieldValue::CpuSet(_) | FieldValue::Ports(..) | FieldValue::Instances => {}
+            FieldValue::CpuSet(_)
+            | FieldValue::Ports(..)
+            | FieldValue::Instances
+            | FieldValue::DeclaredThread(_) => {}
         }
     }
 
@@ -227,8 +228,7 @@ pub(crate) fn read<'db>(
     let mut reader =
         SystemReader { db, project, of, hosts, covered: BTreeMap::new(), found: System::default() };
     reader.deployment(data);
-    let thread = |it: &Activity| FieldKind::Thread.read(it.field(ActivityField::Thread)?).ok();
-    let is_declared = |it: &Arc<Activity>| matches!(thread(it), Some(FieldValue::DeclaredThread(_)));
+    let is_declared = |it: &Arc<Activity>| it.field(ActivityField::Thread).and_then(declared_id).is_some();
     let threads = declared_threads(db, project.workspace(db)).fault.as_ref();
     let threads = threads.filter(|_| data.activities.iter().any(is_declared));
     let tables =
@@ -663,12 +663,12 @@ impl<'db> SystemReader<'db> {
         fields: &WrittenFields<'_>,
     ) -> Option<Option<&'db DeclaredThread>> {
         let written = fields.written.get(&ActivityField::Thread)?;
-        let Ok(FieldValue::DeclaredThread(id)) = FieldKind::Thread.read(written) else { return None };
-        let id = id_of_thread(&id);
+        let id = declared_id(written)?;
         let all = declared_threads(self.db, self.project.workspace(self.db));
         let index = all.find(&id);
         let Some((index, thread)) = index.and_then(|it| Some((it, all.all.get(it)?))) else {
             (found.task.priority, found.task.cpus) = (Priority::Unknown, None);
+            found.thread_name = Some(id.clone());
             let at = self.at(written.value_id);
             found.refuse(Reason::UnusableField(ActivityField::Thread), at.clone());
             if all.fault.is_none() {
@@ -685,7 +685,7 @@ impl<'db> SystemReader<'db> {
         if !fields.written.contains_key(&ActivityField::Order) {
             found.task.order = Order::Any;
         }
-        found.thread_name = Some(if thread.is_wildcard() { id } else { thread.id.clone() });
+        found.thread_name = Some(thread.name_for(id));
         found.declared_thread = Some((index, written.value_id));
         for field in [ActivityField::Priority].into_iter().chain(PLACES) {
             let own = fields.written.get(&field).filter(|it| it.name.id != activity.name.id);
@@ -1018,99 +1018,85 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    /// Refuses the activities that threads without an activity delay, unless `[[platform.other]]` says by how much. Those of the middleware
-    /// have a priority one less than the gateway, on its CPUs. Those of `[platform] threads` count if an activity has one of these.
-    fn below_undeclared(&mut self) {
-        let others = others_of(self.db, self.project.workspace(self.db), self.found.cpus);
+    /// Returns the threads that no activity has, unless `[[platform.other]]` says how much they execute. Those of the middleware have a
+    /// priority one less than the gateway, on its CPUs. Those of `[platform] threads` count if an activity has one of these.
+    fn undeclared(&mut self, others: &[Task]) -> Vec<Undeclared<'db>> {
         let hosts = self.hosts;
         let is_declared = |name: &str, priority: Option<u32>, cpus: CpuSet| {
             let is_it = |it: &&Task| *it.name == *name && it.priority.real_time() >= priority;
             let declared: CpuSet = others.iter().filter(is_it).filter_map(|it| it.cpus).collect();
             priority.is_some() && (cpus - declared).is_empty()
         };
-        // Without a priority, above all.
-        let mut threads: Vec<(Option<u32>, CpuSet, Reason<'db>)> = Vec::new();
+        let (mut found, mut of_timers) = (Vec::new(), Vec::new());
         for gateway in self.found.activities.iter().filter(|it| it.gateway.is_some()) {
             let Some(own) = gateway.priority.real_time() else { continue };
             let (priority, cpus) = (own.saturating_sub(1), gateway.cpus.unwrap_or(CpuSet::ALL));
             if !is_declared(&hosts.on(gateway.host, "recv"), Some(priority), cpus) {
-                threads.push((Some(priority), cpus, Reason::Middleware(priority)));
+                let reason = Reason::Middleware(priority);
+                found.push(Undeclared { priority: Some(priority), cpus, reason, fact: None });
             }
         }
-        let declared = declared_threads(self.db, self.project.workspace(self.db));
-        let named: FxHashSet<(File, ThreadPlace)> = self
-            .found
-            .activities
-            .iter()
-            .filter_map(|it| self.thread_of(it))
-            .map(DeclaredThread::at)
-            .collect();
-        let is_unnamed =
-            |it: &&DeclaredThread| it.priority != Priority::Background && !named.contains(&it.at());
         let on_hosts =
             || (0..hosts.all.len().max(1)).map(|host| Some(host).filter(|_| !hosts.all.is_empty()));
-        for thread in declared.all.iter().filter(is_unnamed).filter(|_| !named.is_empty()) {
-            let priority = thread.priority.real_time();
-            for host in on_hosts() {
-                let cpus =
-                    if thread.cpus.is_empty() { self.found.cpus } else { hosts.numbered(host, thread.cpus) };
-                if !is_declared(&hosts.on(host, &thread.id), priority, cpus) {
-                    threads.push((priority, cpus, no_activity(thread, None)));
-                }
-            }
-        }
-        for (index, covered) in &self.covered {
-            let Some(thread) = declared.all.get(*index) else { continue };
+        let declared = declared_threads(self.db, self.project.workspace(self.db)).all.iter().enumerate();
+        for (index, thread) in declared.filter(|_| !self.covered.is_empty()) {
             if thread.priority == Priority::Background {
                 continue;
             }
-            if thread.is_wildcard() {
-                self.found.never_executed.push((thread.id.clone(), None));
-            }
-            let mut covered = covered.clone();
-            for callback in thread.callbacks() {
-                // Of two timers of one period, each needs an activity.
-                if let Some(index) = covered.iter().position(|it| it == callback) {
-                    covered.swap_remove(index);
-                    continue;
+            // The whole thread, or timers of it.
+            let lacking: Vec<Option<Name>> = match self.covered.get(&index) {
+                Some(covered) => {
+                    let (timers, others) = callbacks_without_activity(thread, covered);
+                    self.found.never_executed.extend(others);
+                    timers.into_iter().map(Some).collect()
                 }
-                match callback {
-                    // It does execute.
-                    GroupCallback::Timer(_) => {
-                        let reason = no_activity(thread, Some(callback.to_string().into()));
-                        let is_alone = hosts.all.is_empty() && !thread.cpus.is_empty();
-                        let cpus = if is_alone { thread.cpus } else { self.found.cpus };
-                        threads.push((thread.priority.real_time(), cpus, reason));
-                    }
-                    _ => {
-                        let callback = Some(callback.to_string().into());
-                        self.found.never_executed.push((thread.id.clone(), callback));
-                    }
+                None => vec![None],
+            };
+            let priority = thread.priority.real_time();
+            for (timer, host) in lacking.iter().flat_map(|timer| on_hosts().map(move |host| (timer, host))) {
+                let cpus =
+                    if thread.cpus.is_empty() { self.found.cpus } else { hosts.numbered(host, thread.cpus) };
+                if timer.is_some() || !is_declared(&hosts.on(host, &thread.id), priority, cpus) {
+                    let (id, timer, is_timer) = (thread.id.clone(), timer.clone(), timer.is_some());
+                    let reason =
+                        ThreadReason::NoActivity { id: id.clone(), timer: timer.clone(), file: thread.file };
+                    // A repeated id is another mistake.
+                    let at = place_of_thread(self.db, thread);
+                    let at = at.filter(|_| thread.doubt != Some(ThreadReason::Repeated));
+                    let (of, has_priority) = (self.of, priority.is_some());
+                    let fact = TimingFactKind::ThreadWithoutActivity { of, id, timer, has_priority };
+                    let fact = at.map(|at| TimingFact::new(at, fact));
+                    let into = if is_timer { &mut of_timers } else { &mut found };
+                    into.push(Undeclared { priority, cpus, reason: Reason::Thread(reason), fact });
                 }
             }
         }
-        let mut delaying: BTreeSet<(Name, Option<Name>)> = BTreeSet::new();
+        // The first one is the reason: a whole thread rather than a timer.
+        found.extend(of_timers);
+        found
+    }
+
+    /// Refuses the activities that threads without an activity delay, and those of `SCHED_RR` that take turns.
+    fn below_undeclared(&mut self) {
+        let others = others_of(self.db, self.project.workspace(self.db), self.found.cpus);
+        let threads = self.undeclared(&others);
+        let mut facts: Vec<TimingFact<'db>> = Vec::new();
         for activity in self.found.activities.iter_mut().filter(|it| it.gateway.is_none()) {
             let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
-            let is_delayed = |(priority, of_thread, _): &&(Option<u32>, CpuSet, Reason<'db>)| {
-                let is_below =
-                    activity.priority.real_time().is_none_or(|it| priority.is_none_or(|of| it <= of));
-                is_below && activity.priority != Priority::Background && cpus.meets(*of_thread)
+            let own = activity.priority;
+            let is_delayed = |it: &&Undeclared<'db>| {
+                let is_below = own.real_time().is_none_or(|own| it.priority.is_none_or(|of| own <= of));
+                is_below && own != Priority::Background && cpus.meets(it.cpus)
             };
-            let found: Vec<Reason<'db>> = threads.iter().filter(is_delayed).map(|it| it.2.clone()).collect();
-            delaying.extend(found.iter().filter_map(thread_without_activity));
-            let at = activity.at.clone();
-            found.into_iter().take(1).for_each(|reason| activity.refuse(reason, at.clone()));
+            let mut delaying = threads.iter().filter(is_delayed).peekable();
+            if let Some(first) = delaying.peek() {
+                activity.refuse(first.reason.clone(), activity.at.clone());
+            }
+            for fact in delaying.filter_map(|it| it.fact.as_ref()) {
+                facts.extend((!facts.contains(fact)).then(|| fact.clone()));
+            }
         }
-        // A repeated id is another mistake.
-        let is_known = |it: &&DeclaredThread| it.doubt != Some(ThreadReason::Repeated);
-        for (id, timer) in delaying {
-            let thread = declared.all.iter().find(|it| it.id == id).filter(is_known);
-            let Some(at) = thread.and_then(|it| place_of_thread(self.db, it)) else { continue };
-            let has_priority = thread.is_some_and(|it| it.priority.real_time().is_some());
-            let of = self.of;
-            self.report(at, TimingFactKind::ThreadWithoutActivity { of, id, timer, has_priority });
-        }
+        self.found.facts.extend(facts);
         for (index, priority) in self.taking_turns(&others) {
             let activity = &mut self.found.activities[index];
             let at = activity.at.clone();
@@ -1129,8 +1115,8 @@ impl<'db> SystemReader<'db> {
                 let meets = it.cpus.unwrap_or(CpuSet::ALL).meets(activity.cpus.unwrap_or(CpuSet::ALL));
                 it.priority == activity.priority && meets
             };
-            let is_other =
-                |it: &&ResolvedActivity<'db>| self.thread_of(it).map(DeclaredThread::at) != Some(thread.at());
+            let index_of = |it: &ResolvedActivity<'db>| it.declared_thread.map(|(index, _)| index);
+            let is_other = |it: &&ResolvedActivity<'db>| index_of(it) != index_of(activity);
             if thread.is_wildcard()
                 || all.iter().filter(is_other).any(|it| shares(it))
                 || others.iter().any(shares)
@@ -1210,15 +1196,36 @@ impl<'db> SystemReader<'db> {
     }
 }
 
-fn no_activity<'db>(thread: &DeclaredThread, timer: Option<Name>) -> Reason<'db> {
-    Reason::Thread(ThreadReason::NoActivity { id: thread.id.clone(), timer, file: thread.file })
+/// A thread that no activity has, and that may delay others.
+struct Undeclared<'db> {
+    /// None for one above all.
+    priority: Option<u32>,
+    cpus: CpuSet,
+    reason: Reason<'db>,
+    /// What is reported in its file.
+    fact: Option<TimingFact<'db>>,
 }
 
-fn thread_without_activity(reason: &Reason<'_>) -> Option<(Name, Option<Name>)> {
-    match reason {
-        Reason::Thread(ThreadReason::NoActivity { id, timer, .. }) => Some((id.clone(), timer.clone())),
-        _ => None,
+/// Returns the timers of a thread that are not `covered`, which execute all the same, and what is assumed to be never executed: its other
+/// callbacks, and other groups of its entry.
+fn callbacks_without_activity(
+    thread: &DeclaredThread,
+    covered: &[GroupCallback],
+) -> (Vec<Name>, Vec<(Name, Option<Name>)>) {
+    let (mut timers, mut others) = (Vec::new(), Vec::new());
+    if thread.is_wildcard() {
+        others.push((thread.id.clone(), None));
     }
+    let mut covered = covered.to_vec();
+    for callback in thread.callbacks() {
+        // Of two timers of one period, each needs an activity.
+        match covered.iter().position(|it| it == callback) {
+            Some(index) => _ = covered.swap_remove(index),
+            None if matches!(callback, GroupCallback::Timer(_)) => timers.push(callback.to_string().into()),
+            None => others.push((thread.id.clone(), Some(callback.to_string().into()))),
+        }
+    }
+    (timers, others)
 }
 
 /// Returns the real-time work that is not in the model. Without CPUs, it may run on `all`. Without a host, each has it.

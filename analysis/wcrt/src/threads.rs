@@ -6,38 +6,20 @@
 
 use std::ops::Range;
 
-use mauve_hir::item_tree::{Activity, Name};
+use mauve_hir::item_tree::{Activity, Field, Name};
 use mauve_hir::ros2_files::{
     ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, FileProblemKind,
     GroupCallback, GroupId, ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers,
     read_threads,
 };
-use mauve_hir::{
-    FieldKind, FieldValue, File, Location, ModelDb, Workspace, config_file, config_of, platform_of,
-};
+use mauve_hir::{FieldKind, FieldValue, File, Location, ModelDb, Workspace, config_file, platform_of};
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{CpuSet, Priority, Time};
 use rustc_hash::FxHashMap;
 
 use crate::fact::{TimingFact, TimingFactKind};
-use crate::reason::{IncompleteTable, TableFault, TableFilesError, ThreadReason};
-use crate::timetable::{TableFiles, files_named, observed_files, table_files};
-
-/// Finds the files of `[platform] threads`.
-#[salsa::tracked(returns(ref))]
-pub fn thread_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
-    files_named(db, workspace, config_of(db, workspace).threads.iter())
-}
-
-/// Returns the files that are read beside the models and `mauve.toml`: tables, what recordings showed, and threads; and the errors in
-/// the patterns that name them.
-pub fn input_files(
-    db: &dyn ModelDb,
-    workspace: Workspace,
-) -> (impl Iterator<Item = File> + Clone, impl Iterator<Item = &(TableFilesError, Range<usize>)>) {
-    let all = [table_files(db, workspace), observed_files(db, workspace), thread_files(db, workspace)];
-    (all.into_iter().flat_map(|it| it.files.iter().copied()), all.into_iter().flat_map(|it| &it.errors))
-}
+use crate::reason::{IncompleteTable, TableFault, ThreadReason};
+use crate::timetable::thread_files;
 
 /// A file of threads: one of the two has some.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -117,7 +99,7 @@ pub struct DeclaredThreads {
     pub all: Vec<DeclaredThread>,
     by_id: FxHashMap<Name, usize>,
     /// The threads of each node.
-    by_node: FxHashMap<Name, Vec<usize>>,
+    by_node: FxHashMap<GroupId, Vec<usize>>,
     /// Why threads may be missing.
     pub(crate) fault: Option<IncompleteTable>,
     /// Whether they count on the throttling of real-time threads; none where they do not say it.
@@ -162,7 +144,7 @@ pub fn declared_threads(db: &dyn ModelDb, workspace: Workspace) -> DeclaredThrea
     for index in 0..found.all.len() {
         let Some(thread) = found.all.get(index) else { continue };
         if let Some(group) = &thread.group {
-            found.by_node.entry(group.of_node().to_string().into()).or_default().push(index);
+            found.by_node.entry(group.of_node()).or_default().push(index);
         }
         // Which of two counts is not known.
         let Some(first) = found.by_id.insert(thread.id.clone(), index) else { continue };
@@ -250,9 +232,14 @@ fn of_controllers(file: File, read: &ControllersFile) -> Vec<DeclaredThread> {
     found
 }
 
-/// Returns an id without what readers ignore.
-pub(crate) fn id_of_thread(id: &str) -> Name {
-    id.parse().map_or_else(|_| id.into(), |group: GroupId| group.to_string().into())
+/// Returns the id of a thread in a file that a field names, without what readers ignore.
+pub(crate) fn declared_id(field: &Field) -> Option<Name> {
+    match FieldKind::Thread.read(field) {
+        Ok(FieldValue::DeclaredThread(id)) => {
+            Some(id.parse().map_or(id, |group: GroupId| group.to_string().into()))
+        }
+        _ => None,
+    }
 }
 
 /// Returns why readers refuse a file, or read other values, and where; with other settings of the kernel than can be analysed.
@@ -314,9 +301,10 @@ pub fn is_throttled(db: &dyn ModelDb, workspace: Workspace) -> Option<bool> {
 }
 
 impl DeclaredThread {
-    /// Returns the place of the thread, in its file.
-    pub fn at(&self) -> (File, ThreadPlace) {
-        (self.file, self.place)
+    /// Returns the name of the thread of an activity that names this one by an id: those with one entry have one thread. The groups of
+    /// `/ns/node/*` have one each.
+    pub(crate) fn name_for(&self, id: Name) -> Name {
+        if self.is_wildcard() { id } else { self.id.clone() }
     }
 
     /// Returns the callbacks of its group.
@@ -338,7 +326,7 @@ impl DeclaredThreads {
             return Some(*index);
         }
         let id: GroupId = id.parse().ok()?;
-        let of_node = self.by_node.get(id.of_node().to_string().as_str())?;
+        let of_node = self.by_node.get(&id.of_node())?;
         let group = |index: &usize| self.all.get(*index)?.group.as_ref();
         let mut having = of_node.iter().filter(|it| group(it).is_some_and(|of| of.includes(&id)));
         match (having.next(), having.next()) {
@@ -348,16 +336,11 @@ impl DeclaredThreads {
         }
     }
 
-    /// Returns the name of the thread of an activity: those that one entry names have one. The groups of `/ns/node/*` have one each.
+    /// Returns the name of the thread of an activity, if it names one.
     pub fn thread_of(&self, activity: &Activity) -> Option<Name> {
-        match FieldKind::Thread.read(activity.field(ActivityField::Thread)?).ok()? {
-            FieldValue::DeclaredThread(id) => {
-                let id = id_of_thread(&id);
-                let entry = self.find(&id).and_then(|it| self.all.get(it)).filter(|it| !it.is_wildcard());
-                Some(entry.map_or(id, |it| it.id.clone()))
-            }
-            FieldValue::Thread(name) => Some(name),
-            _ => None,
-        }
+        let field = activity.field(ActivityField::Thread)?;
+        let Some(id) = declared_id(field) else { return field.value.as_name().map(|it| it.name.clone()) };
+        let entry = self.find(&id).and_then(|index| self.all.get(index));
+        Some(entry.map_or_else(|| id.clone(), |it| it.name_for(id.clone())))
     }
 }

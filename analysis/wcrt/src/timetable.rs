@@ -82,6 +82,22 @@ pub fn observed_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
     files_named(db, workspace, config_of(db, workspace).all_observed())
 }
 
+/// Finds the files of `[platform] threads`.
+#[salsa::tracked(returns(ref))]
+pub fn thread_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
+    files_named(db, workspace, config_of(db, workspace).threads.iter())
+}
+
+/// Returns the files that are read beside the models and `mauve.toml`: tables, what recordings showed, and threads; and the errors in
+/// the patterns that name them.
+pub fn input_files(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+) -> (impl Iterator<Item = File> + Clone, impl Iterator<Item = &(TableFilesError, Range<usize>)>) {
+    let all = [table_files(db, workspace), observed_files(db, workspace), thread_files(db, workspace)];
+    (all.into_iter().flat_map(|it| it.files.iter().copied()), all.into_iter().flat_map(|it| &it.errors))
+}
+
 /// Returns the files of a set of tables, or those with what recordings showed that count beside them.
 fn files_in<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, is_observed: bool) -> &'db TableFiles {
     let (section, host) = (tables.section(db).clone(), tables.host(db).clone());
@@ -114,7 +130,7 @@ fn files_of_section(
 }
 
 /// Finds the tables that patterns name.
-pub(crate) fn files_named<'a>(
+fn files_named<'a>(
     db: &dyn ModelDb,
     workspace: Workspace,
     patterns: impl Iterator<Item = &'a (String, Range<usize>)> + Clone,

@@ -399,39 +399,7 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
             "  assumption: real-time throttling is off, which Linux has on by default; set {key}"
         );
     }
-    if let Analysed::Model(project, deployment) = it.origin {
-        let system = system_of(it.db, project, deployment);
-        let all = &system.activities;
-        let has_none =
-            |it: &&ResolvedActivity<'_>| it.priority == Priority::Background && it.declared_thread.is_some();
-        let count = all.iter().filter(has_none).count();
-        if count > 0 {
-            let _ = writeln!(
-                out,
-                "  no bound for {count} of {} activities: their threads have no real-time policy; see `mauve tune --priorities`",
-                all.len()
-            );
-        }
-    }
-    if let Analysed::Model(project, deployment) = it.origin {
-        let idle = &system_of(it.db, project, deployment).never_executed;
-        let (shown, more) = idle.split_at(idle.len().min(MOST_IDLE));
-        let shown: Vec<String> = shown
-            .iter()
-            .map(|(id, callback)| match callback {
-                Some(callback) => format!("{callback} of {id}"),
-                None => format!("other groups of {id}"),
-            })
-            .collect();
-        if !shown.is_empty() {
-            let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
-            let _ = writeln!(
-                out,
-                "  assumption: what has no activity in its thread is never executed: {}{more}",
-                shown.join(", ")
-            );
-        }
-    }
+    out += &of_threads(it);
     for port in basis.ports {
         let _ = writeln!(
             out,
@@ -447,6 +415,41 @@ pub(super) fn conditions(it: &Deployed<'_>) -> String {
         format!("  {name} interferes too: {time} every {period}, priority {priority}, {cpus}\n")
     }));
     out + &notes(it)
+}
+
+/// Returns how many activities have no bound because of their threads in `[platform] threads`, and which callbacks are assumed to be never
+/// executed: a line each.
+fn of_threads(it: &Deployed<'_>) -> String {
+    let mut out = String::new();
+    let Analysed::Model(project, deployment) = it.origin else { return out };
+    let system = system_of(it.db, project, deployment);
+    let has_none =
+        |it: &&ResolvedActivity<'_>| it.priority == Priority::Background && it.declared_thread.is_some();
+    let count = system.activities.iter().filter(has_none).count();
+    if count > 0 {
+        let _ = writeln!(
+            out,
+            "  no bound for {count} of {} activities: their threads have no real-time policy; see `mauve tune --priorities`",
+            system.activities.len()
+        );
+    }
+    let named = |(id, callback): &(Name, Option<Name>)| match callback {
+        Some(callback) => format!("{callback} of {id}"),
+        None => format!("other groups of {id}"),
+    };
+    let shown: Vec<String> = system.never_executed.iter().take(MOST_IDLE).map(named).collect();
+    if !shown.is_empty() {
+        let more = match system.never_executed.len() - shown.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let _ = writeln!(
+            out,
+            "  assumption: what has no activity in its thread is never executed: {}{more}",
+            shown.join(", ")
+        );
+    }
+    out
 }
 
 /// Returns why figures are missing, and which depend on assumptions: a line each, with the levels if it does not hold at all.
