@@ -151,7 +151,6 @@ pub fn file_problem(kind: &FileProblemKind) -> String {
         Kind::NameAndId => "both `name` and `id`: each version of the executor knows one of them".to_owned(),
         Kind::NiceInPriority => "newer versions of the executor want the nice value in `nice`".to_owned(),
         Kind::InvalidDeadline => "Linux refuses this: 1024 ≤ runtime ≤ deadline ≤ period, in ns".to_owned(),
-        Kind::DetachedController => "`detached` is refused for controllers: use `synchronized`".to_owned(),
         Kind::DeprecatedPriority => {
             "newer versions ignore this: move it to `async_parameters.thread_priority`".to_owned()
         }

@@ -21,11 +21,11 @@ mod value;
 mod yaml;
 
 pub use controllers::{
-    AsyncScheduling, Controller, ControllerManager, ControllersFile, DEFAULT_THREAD_PRIORITY,
-    DEFAULT_UPDATE_RATE, read_controllers,
+    Controller, ControllerManager, ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE,
+    read_controllers,
 };
 pub use edit::{EditRefusal, ThreadChange, YamlEdit, apply_edits, change_thread};
-pub use group_id::{GroupCallback, GroupId, InvalidGroupId};
+pub use group_id::{GroupId, InvalidGroupId, is_timer};
 pub use named_paths::{NamedPath, PathNode, read_named_paths};
 pub use problem::{ExpectedValue, FileProblem, FileProblemKind};
 pub use threads::{ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, read_threads};

@@ -18,7 +18,7 @@ use crate::threads::{DeclaredThread, declared_id, declared_threads, place_of_thr
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
-use mauve_hir::ros2_files::{GroupCallback, GroupId};
+use mauve_hir::ros2_files::is_timer;
 use mauve_hir::{
     ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldValue, Flat,
     FlatInstance, GatewayConfig, Hosts, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES, Project,
@@ -249,8 +249,8 @@ struct SystemReader<'db> {
     project: Project<'db>,
     of: Decl<'db>,
     hosts: &'db Hosts,
-    /// The callbacks of threads in files that activities have, by the index of the thread; of the whole id, all.
-    covered: BTreeMap<usize, Vec<GroupCallback>>,
+    /// The ids by which activities name threads in files, by the index of the thread; of a whole node, its own.
+    covered: BTreeMap<usize, Vec<Name>>,
     found: System<'db>,
 }
 
@@ -678,10 +678,7 @@ impl<'db> SystemReader<'db> {
             }
             return Some(None);
         };
-        let is_all = id == thread.id;
-        let own: Option<GroupId> = id.parse().ok().filter(|_| !is_all);
-        let own = own.map_or_else(|| thread.callbacks().to_vec(), |it| it.callbacks);
-        self.covered.entry(index).or_default().extend(own);
+        self.covered.entry(index).or_default().push(id.clone());
         if !fields.written.contains_key(&ActivityField::Order) {
             found.task.order = Order::Any;
         }
@@ -1210,19 +1207,19 @@ struct Undeclared<'db> {
 /// callbacks, and other groups of its entry.
 fn callbacks_without_activity(
     thread: &DeclaredThread,
-    covered: &[GroupCallback],
+    covered: &[Name],
 ) -> (Vec<Name>, Vec<(Name, Option<Name>)>) {
     let (mut timers, mut others) = (Vec::new(), Vec::new());
     if thread.is_wildcard() {
         others.push((thread.id.clone(), None));
     }
-    let mut covered = covered.to_vec();
+    let mut covered: Vec<&str> = covered.iter().flat_map(|id| id.split('@').skip(1)).collect();
     for callback in thread.callbacks() {
         // Of two timers of one period, each needs an activity.
-        match covered.iter().position(|it| it == callback) {
+        match covered.iter().position(|it| *it == callback) {
             Some(index) => _ = covered.swap_remove(index),
-            None if matches!(callback, GroupCallback::Timer(_)) => timers.push(callback.to_string().into()),
-            None => others.push((thread.id.clone(), Some(callback.to_string().into()))),
+            None if is_timer(callback) => timers.push(callback.into()),
+            None => others.push((thread.id.clone(), Some(callback.into()))),
         }
     }
     (timers, others)

@@ -8,9 +8,8 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{Activity, Field, Name};
 use mauve_hir::ros2_files::{
-    ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, FileProblemKind,
-    GroupCallback, GroupId, ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers,
-    read_threads,
+    ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, FileProblemKind, GroupId,
+    ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers, read_threads,
 };
 use mauve_hir::{FieldKind, FieldValue, File, Location, ModelDb, Workspace, config_file, platform_of};
 use mauve_syntax::keywords::ActivityField;
@@ -98,8 +97,8 @@ pub struct DeclaredThreads {
     /// In the order of the files; of each, those of callback groups first.
     pub all: Vec<DeclaredThread>,
     by_id: FxHashMap<Name, usize>,
-    /// The threads of each node.
-    by_node: FxHashMap<GroupId, Vec<usize>>,
+    /// The callback groups, in the order of their nodes.
+    by_node: Vec<usize>,
     /// Why threads may be missing.
     pub(crate) fault: Option<IncompleteTable>,
     /// Whether they count on the throttling of real-time threads; none where they do not say it.
@@ -142,27 +141,29 @@ pub fn declared_threads(db: &dyn ModelDb, workspace: Workspace) -> DeclaredThrea
         found.all.extend(read.others.iter().enumerate().filter_map(of(ThreadPlace::Other)));
     }
     for index in 0..found.all.len() {
-        let Some(thread) = found.all.get(index) else { continue };
-        if let Some(group) = &thread.group {
-            found.by_node.entry(group.of_node()).or_default().push(index);
-        }
+        let Some(id) = found.all.get(index).map(|it| it.id.clone()) else { continue };
         // Which of two counts is not known.
-        let Some(first) = found.by_id.insert(thread.id.clone(), index) else { continue };
+        let Some(first) = found.by_id.insert(id, index) else { continue };
         for index in [first, index] {
             let Some(thread) = found.all.get_mut(index) else { continue };
             (thread.priority, thread.doubt) = (Priority::Unknown, Some(ThreadReason::Repeated));
         }
     }
+    let node = |index: &usize| found.all.get(*index)?.group.as_ref().map(GroupId::node);
+    let mut by_node: Vec<usize> = (0..found.all.len()).filter(|it| node(it).is_some()).collect();
+    by_node.sort_by_key(node);
+    found.by_node = by_node;
     found
 }
 
 fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<DeclaredThread> {
     let id = entry.id.known()?.as_str();
-    let id = entry.group.as_ref().map_or_else(|| id.into(), |group| group.to_string().into());
+    let id = entry.group.as_ref().map_or_else(|| id.into(), |group| group.text().clone());
     let policy = entry.policy.known();
     let (priority, doubt) = match policy {
         Some(ThreadPolicy::Fifo | ThreadPolicy::RoundRobin) => {
-            (entry.priority.known().map_or(Priority::Unknown, |it| Priority::RealTime((*it).into())), None)
+            let level = entry.level.known().and_then(|it| u32::try_from(*it).ok());
+            (level.map_or(Priority::Unknown, Priority::RealTime), None)
         }
         Some(ThreadPolicy::Other | ThreadPolicy::Batch | ThreadPolicy::Idle) => (Priority::Background, None),
         Some(ThreadPolicy::Deadline) => (Priority::Unknown, Some(ThreadReason::Deadline)),
@@ -236,7 +237,7 @@ fn of_controllers(file: File, read: &ControllersFile) -> Vec<DeclaredThread> {
 pub(crate) fn declared_id(field: &Field) -> Option<Name> {
     match FieldKind::Thread.read(field) {
         Ok(FieldValue::DeclaredThread(id)) => {
-            Some(id.parse().map_or(id, |group: GroupId| group.to_string().into()))
+            Some(id.parse().map_or(id, |group: GroupId| group.text().clone()))
         }
         _ => None,
     }
@@ -308,13 +309,13 @@ impl DeclaredThread {
     }
 
     /// Returns the callbacks of its group.
-    pub(crate) fn callbacks(&self) -> &[GroupCallback] {
-        self.group.as_ref().map_or(&[], |it| &it.callbacks)
+    pub(crate) fn callbacks(&self) -> impl Iterator<Item = &str> {
+        self.group.iter().flat_map(GroupId::callbacks)
     }
 
     /// Returns whether several threads may have the entry.
     pub fn is_wildcard(&self) -> bool {
-        self.group.as_ref().is_some_and(|it| it.is_wildcard)
+        self.group.as_ref().is_some_and(GroupId::is_wildcard)
     }
 }
 
@@ -326,11 +327,13 @@ impl DeclaredThreads {
             return Some(*index);
         }
         let id: GroupId = id.parse().ok()?;
-        let of_node = self.by_node.get(&id.of_node())?;
         let group = |index: &usize| self.all.get(*index)?.group.as_ref();
-        let mut having = of_node.iter().filter(|it| group(it).is_some_and(|of| of.includes(&id)));
+        let node = |index: &usize| group(index).map(GroupId::node);
+        let first = self.by_node.partition_point(|it| node(it) < Some(id.node()));
+        let of_node = self.by_node.iter().skip(first).take_while(|it| node(it) == Some(id.node()));
+        let mut having = of_node.clone().filter(|it| group(it).is_some_and(|of| of.includes(&id)));
         match (having.next(), having.next()) {
-            (None, _) => of_node.iter().find(|it| group(it).is_some_and(|of| of.is_wildcard)).copied(),
+            (None, _) => of_node.clone().find(|it| group(it).is_some_and(GroupId::is_wildcard)).copied(),
             (only, None) => only.copied(),
             _ => None,
         }

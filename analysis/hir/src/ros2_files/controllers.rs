@@ -97,27 +97,14 @@ pub struct Controller {
     pub name_range: Range<usize>,
     /// The place of its own parameters, if the file has some.
     pub parameters: Option<Range<usize>>,
-    /// `type`.
-    pub class: YamlValue<String>,
     /// `update_rate` in Hz; absent, and 0: that of the manager.
     pub update_rate: YamlValue<u32>,
     /// `is_async`; absent: false.
     pub is_async: YamlValue<bool>,
-    /// `async_parameters.scheduling_policy`; absent: synchronized.
-    pub scheduling: YamlValue<AsyncScheduling>,
     /// `async_parameters.thread_priority`, else `thread_priority`, from 1 to 99; see [`DEFAULT_THREAD_PRIORITY`].
     pub thread_priority: YamlValue<u8>,
     /// `async_parameters.cpu_affinity`: Linux's CPUs, from 0; absent: those of the process.
     pub affinity: YamlValue<CpuSet>,
-}
-
-/// What starts an asynchronous controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub enum AsyncScheduling {
-    /// The control loop.
-    Synchronized,
-    /// A loop of its own; controllers refuse it.
-    Detached,
 }
 
 /// The parameters of one or several nodes.
@@ -179,7 +166,7 @@ fn collect_sections(
     sections: &mut Vec<NodeSection>,
 ) {
     let yaml = reader.yaml;
-    for &(key, value) in yaml.mapping(mapping).unwrap_or_default() {
+    for &[key, value] in yaml.mapping(mapping).unwrap_or_default() {
         // A doubt about the key is a problem of its own. The reader stops at the first error.
         let Some(text) = yaml.key(key).filter(|_| reader.problems.is_empty()) else { continue };
         let is_alias = matches!(yaml.node(value).kind, NodeKind::Alias(_));
@@ -210,7 +197,7 @@ fn applies(pattern: &str, node: &str) -> Option<bool> {
 
 /// Returns the controllers in the parameters of a manager: those with a type.
 fn types(yaml: &Yaml, parameters: NodeId) -> Vec<(&str, NodeId)> {
-    let controller = |(key, value): &(NodeId, NodeId)| {
+    let controller = |[key, value]: &[NodeId; 2]| {
         let name = yaml.key(*key)?;
         let is_nested = matches!(yaml.find(*value, "type"), Lookup::Found(_));
         let dotted = name.strip_suffix(".type").filter(|name| !name.contains('.'));
@@ -327,14 +314,9 @@ fn controller(
             reader.problem(FileProblemKind::DeprecatedPriority, range.clone());
         }
     }
-    let scheduling = own.value(|it| {
-        let values = [AsyncScheduling::Synchronized, AsyncScheduling::Detached];
-        reader.named(it, "async_parameters.scheduling_policy", (&["synchronized", "detached"], &values))
-    });
-    if let YamlValue::Known { value: AsyncScheduling::Detached, range } = &scheduling {
-        reader.problem(FileProblemKind::DetachedController, range.clone());
-    }
-    let class = of_manager.value(|it| reader.text(it, &format!("{name}.type")));
+    // The control loop starts controllers: they cannot be `detached`.
+    let _: YamlValue<()> =
+        own.value(|it| reader.named(it, "async_parameters.scheduling_policy", (&["synchronized"], &[()])));
     let parameters = own.sections.iter().rfind(|it| it.1 && !it.0.pattern.contains('*'));
     let boolean = |yaml: &Yaml, node| {
         let text = yaml.plain(node)?;
@@ -344,10 +326,8 @@ fn controller(
         name: name.to_owned(),
         name_range: yaml.range(key),
         parameters: parameters.map(|it| yaml.range(it.0.parameters)),
-        class: if class.range().is_some() { class } else { own.value(|it| reader.text(it, "type")) },
         update_rate: own.integer(reader, "update_rate", (0, i32::MAX.into())),
         is_async: own.value(|it| reader.value(it, "is_async", ExpectedValue::Bool, boolean)),
-        scheduling,
         thread_priority,
         affinity: own.cpus(reader, "async_parameters.cpu_affinity", false),
     }
@@ -408,17 +388,13 @@ predictive:
             (&broadcaster.update_rate, &broadcaster.is_async),
             (&YamlValue::Absent, &YamlValue::Absent)
         );
-        assert_eq!(known(&body.class), "body_controllers/BodyController");
         assert_eq!(known(&body.update_rate), 250);
         assert!(FILE[body.parameters.clone().unwrap()].starts_with("update_rate: 250"));
         assert_eq!(
             (predictive.name.as_str(), &FILE[predictive.name_range.clone()]),
             ("predictive", "predictive.type")
         );
-        assert_eq!(
-            (known(&predictive.is_async), known(&predictive.scheduling)),
-            (true, AsyncScheduling::Synchronized)
-        );
+        assert!(known(&predictive.is_async));
         assert_eq!(
             (known(&predictive.thread_priority), known(&predictive.affinity)),
             (40, CpuSet::of(3) | CpuSet::of(1))
@@ -544,13 +520,13 @@ predictive:
             "async_parameters: {scheduling_policy: other, cpu_affinity: 1, thread_priority: 0}, thread_priority: 3",
         );
         assert_eq!(problems.len(), 3);
-        assert!(matches!(
-            (it.scheduling, it.affinity, it.thread_priority),
-            (YamlValue::Unknown(_), YamlValue::Unknown(_), YamlValue::Unknown(_))
-        ));
+        assert!(matches!((it.affinity, it.thread_priority), (YamlValue::Unknown(_), YamlValue::Unknown(_))));
         let (it, problems) =
             controller("async_parameters: {scheduling_policy: detached}, thread_priority: 3");
-        assert_eq!(problems, [FileProblemKind::DetachedController, FileProblemKind::DeprecatedPriority]);
+        assert!(matches!(
+            &problems[..],
+            [FileProblemKind::WrongKind { .. }, FileProblemKind::DeprecatedPriority]
+        ));
         assert_eq!(known(&it.thread_priority), 3);
         let (it, _) = controller("async_parameters: 3");
         assert!(matches!(it.thread_priority, YamlValue::Unknown(_)));

@@ -119,12 +119,8 @@ impl Editor<'_> {
         let mapping = self.mapping_at(Some(&entry.range))?;
         let old = entry.policy.known().copied();
         let policy = change.policy.or(old);
-        let has_class_of = |old: ThreadPolicy| {
-            policy.is_some_and(|new| {
-                (new.has_priority(), new.has_nice()) == (old.has_priority(), old.has_nice())
-            })
-        };
-        let has_new_class = change.policy.is_some() && !old.is_some_and(has_class_of);
+        let class = |it: ThreadPolicy| (it.has_priority(), it.has_nice());
+        let has_new_class = change.policy.is_some_and(|new| old.map(class) != Some(class(new)));
         if has_new_class && change.level.is_none() {
             return Err(EditRefusal::LevelNeeded);
         }
@@ -251,11 +247,11 @@ impl Editor<'_> {
         self.check_shared(&range, false)?;
         let is_flow = self.yaml.node(mapping).is_flow;
         let entries = self.yaml.mapping(mapping).unwrap_or_default();
-        let is_related = |it: &&(NodeId, NodeId)| {
-            self.yaml.key(it.0).is_some_and(|it| RELATED.split('/').any(|key| key == it))
+        let is_related = |it: &&[NodeId; 2]| {
+            self.yaml.key(it[0]).is_some_and(|it| RELATED.split('/').any(|key| key == it))
         };
         let near = entries.iter().rfind(is_related).filter(|_| !is_flow).or(entries.last());
-        let Some(&(near_key, near)) = near else { return Err(EditRefusal::Layout(range)) };
+        let Some(&[near_key, near]) = near else { return Err(EditRefusal::Layout(range)) };
         let quote = match self.yaml.node(near_key).kind {
             NodeKind::Scalar(_, ScalarStyle::DoubleQuoted) => "\"",
             NodeKind::Scalar(_, ScalarStyle::SingleQuoted) => "'",
@@ -331,7 +327,7 @@ impl Editor<'_> {
             }
             (None, NodeKind::Mapping(entries)) => {
                 into.push("{".to_owned());
-                entries.iter().flat_map(|it| [it.0, it.1]).for_each(|it| self.tokens(it, into));
+                entries.as_flattened().iter().for_each(|it| self.tokens(*it, into));
                 into.push("}".to_owned());
             }
         }
@@ -707,10 +703,9 @@ mod tests {
     }
 
     fn meaning(entry: &ThreadEntry) -> Meaning {
-        let level = entry.priority.known().map(|it| it.cast_signed()).or(entry.nice.known().copied());
         let id = entry.id.known().expect("an id").clone();
         let cpus = entry.affinity.known().copied().unwrap_or_default();
-        (id, *entry.policy.known().expect("a policy"), level.expect("a level"), cpus)
+        (id, *entry.policy.known().expect("a policy"), *entry.level.known().expect("a level"), cpus)
     }
 
     fn meanings(text: &str) -> Vec<Meaning> {

@@ -51,8 +51,6 @@ pub enum FileProblemKind {
     NiceInPriority,
     /// Linux refuses the parameters of `SCHED_DEADLINE`: they must be 1024 ≤ runtime ≤ deadline ≤ period.
     InvalidDeadline,
-    /// `scheduling_policy: detached`: controllers cannot be configured with it.
-    DetachedController,
     /// The priority is in `thread_priority` and not in `async_parameters.thread_priority`: newer versions ignore it.
     DeprecatedPriority,
     /// `params_file`: the parameters in that file are unknown.

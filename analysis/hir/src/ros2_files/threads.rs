@@ -71,16 +71,9 @@ pub struct ThreadEntry {
     pub domain: YamlValue<u32>,
     /// `policy`; never absent.
     pub policy: YamlValue<ThreadPolicy>,
-    /// `priority` from 1 to 99, of `SCHED_FIFO` and `SCHED_RR`; absent with another policy.
-    pub priority: YamlValue<u8>,
-    /// The nice value from -20 to 19, of `SCHED_OTHER`, `SCHED_BATCH` and `SCHED_IDLE`; absent with another policy.
-    pub nice: YamlValue<i8>,
-    /// `runtime`, of `SCHED_DEADLINE`, in nanoseconds; absent with another policy.
-    pub runtime: YamlValue<u64>,
-    /// `period`, of `SCHED_DEADLINE`, in nanoseconds; absent with another policy.
-    pub period: YamlValue<u64>,
-    /// `deadline`, of `SCHED_DEADLINE`, in nanoseconds; absent with another policy.
-    pub deadline: YamlValue<u64>,
+    /// The priority from 1 to 99 of `SCHED_FIFO` and `SCHED_RR`, and the nice value from -20 to 19 of `SCHED_OTHER`, `SCHED_BATCH` and
+    /// `SCHED_IDLE`; absent with `SCHED_DEADLINE`.
+    pub level: YamlValue<i8>,
     /// `affinity`: Linux's CPUs, from 0. Absent, and the empty set (`[]`, `~`): the thread keeps the CPUs of its process.
     pub affinity: YamlValue<CpuSet>,
 }
@@ -126,10 +119,6 @@ impl ThreadPolicy {
     /// Returns whether its threads have a nice value.
     pub fn has_nice(self) -> bool {
         matches!(self, ThreadPolicy::Other | ThreadPolicy::Batch | ThreadPolicy::Idle)
-    }
-
-    fn has_deadline(self) -> bool {
-        self == ThreadPolicy::Deadline
     }
 }
 
@@ -216,39 +205,34 @@ fn entry(reader: &mut ValueReader<'_>, item: NodeId, is_group: bool) -> ThreadEn
     };
     let policy = reader.named(item, "policy", (&ThreadPolicy::NAMES, &ThreadPolicy::ALL));
     let policy = required(reader, policy, "policy", &range);
-    let has = |has: fn(ThreadPolicy) -> bool| policy.known().map(|policy| has(*policy));
-    let priority = of_policy(has(ThreadPolicy::has_priority), &range, || {
-        let value = reader.integer(item, "priority", 1..=99, false);
-        required(reader, value, "priority", &range)
-    });
-    let nice = of_policy(has(ThreadPolicy::has_nice), &range, || nice(reader, item, &range));
-    let [runtime, period, deadline] = ["runtime", "period", "deadline"].map(|key| {
-        of_policy(has(ThreadPolicy::has_deadline), &range, || {
-            let value = reader.integer(item, key, 0..=i64::MAX, false);
-            required(reader, value, key, &range)
-        })
-    });
-    if let (Some(runtime), Some(period), Some(deadline)) = (runtime.known(), period.known(), deadline.known())
-        && !(1024 <= *runtime && runtime <= deadline && deadline <= period)
-    {
-        reader.problem(FileProblemKind::InvalidDeadline, range.clone());
-    }
+    let level = match policy.known() {
+        Some(policy) if policy.has_priority() => {
+            let value = reader.integer(item, "priority", 1..=99, false);
+            required(reader, value, "priority", &range)
+        }
+        Some(policy) if policy.has_nice() => nice(reader, item, &range),
+        Some(_) => {
+            deadline(reader, item, &range);
+            YamlValue::Absent
+        }
+        None => YamlValue::Unknown(range.clone()),
+    };
     let affinity = reader.value(item, "affinity", ExpectedValue::Cpus, |yaml, node| {
         if is_null(yaml, node) { Some(CpuSet::NONE) } else { cpus(yaml, node, false) }
     });
-    ThreadEntry { range, id, group, domain, policy, priority, nice, runtime, period, deadline, affinity }
+    ThreadEntry { range, id, group, domain, policy, level, affinity }
 }
 
-/// Returns a value that only some policies have: absent with another policy, unknown with an unknown one.
-fn of_policy<T>(
-    has: Option<bool>,
-    entry: &Range<usize>,
-    read: impl FnOnce() -> YamlValue<T>,
-) -> YamlValue<T> {
-    match has {
-        Some(true) => read(),
-        Some(false) => YamlValue::Absent,
-        None => YamlValue::Unknown(entry.clone()),
+/// Reports wrong parameters of `SCHED_DEADLINE`, in nanoseconds.
+fn deadline(reader: &mut ValueReader<'_>, item: NodeId, entry: &Range<usize>) {
+    let values = ["runtime", "period", "deadline"].map(|key| {
+        let value: YamlValue<i64> = reader.integer(item, key, 0..=i64::MAX, false);
+        required(reader, value, key, entry)
+    });
+    if let [Some(runtime), Some(period), Some(deadline)] = values.each_ref().map(YamlValue::known)
+        && !(1024 <= *runtime && runtime <= deadline && deadline <= period)
+    {
+        reader.problem(FileProblemKind::InvalidDeadline, entry.clone());
     }
 }
 
@@ -323,24 +307,20 @@ non_ros_threads:
         assert_eq!((known(&file.throttling_runtime), known(&file.throttling_period)), (950_000, 1_000_000));
         let [first, second, third, fourth] = file.groups.as_slice() else { panic!("{:?}", file.groups) };
         assert_eq!(known(&first.id), "/cie_tutorial_node@Timer(100000000)");
-        assert_eq!(first.group.as_ref().unwrap().to_string(), known(&first.id));
-        assert_eq!((known(&first.policy), known(&first.priority)), (ThreadPolicy::Fifo, 90));
+        assert_eq!(first.group.as_ref().unwrap().text().to_string(), known(&first.id));
+        assert_eq!((known(&first.policy), known(&first.level)), (ThreadPolicy::Fifo, 90));
         assert_eq!(known(&first.affinity), CpuSet::of(0) | CpuSet::of(3));
-        assert_eq!((&first.nice, &first.domain), (&YamlValue::Absent, &YamlValue::Absent));
-        assert_eq!((known(&second.policy), known(&second.priority)), (ThreadPolicy::RoundRobin, 1));
+        assert_eq!(&first.domain, &YamlValue::Absent);
+        assert_eq!((known(&second.policy), known(&second.level)), (ThreadPolicy::RoundRobin, 1));
         assert_eq!((known(&second.affinity), known(&second.domain)), (CpuSet::NONE, 7));
-        assert_eq!((known(&third.policy), known(&third.nice)), (ThreadPolicy::Other, -5));
-        assert_eq!((&third.priority, &third.affinity), (&YamlValue::Absent, &YamlValue::Absent));
-        assert_eq!((known(&fourth.policy), &fourth.priority), (ThreadPolicy::Deadline, &YamlValue::Absent));
-        assert_eq!(
-            [&fourth.runtime, &fourth.period, &fourth.deadline].map(known),
-            [2000, 5_000_000_000, 4000]
-        );
+        assert_eq!((known(&third.policy), known(&third.level)), (ThreadPolicy::Other, -5));
+        assert_eq!(&third.affinity, &YamlValue::Absent);
+        assert_eq!((known(&fourth.policy), &fourth.level), (ThreadPolicy::Deadline, &YamlValue::Absent));
         let [logger, worker] = file.others.as_slice() else { panic!("{:?}", file.others) };
-        assert_eq!((known(&logger.id), known(&logger.nice)), ("logger".to_owned(), 19));
-        assert_eq!((known(&worker.id), known(&worker.nice)), ("worker".to_owned(), 0));
-        let source = |value: &YamlValue<u8>| &FILE[value.range().unwrap().clone()];
-        assert_eq!([source(&first.priority), source(&second.priority)], ["90", "'1'"]);
+        assert_eq!((known(&logger.id), known(&logger.level)), ("logger".to_owned(), 19));
+        assert_eq!((known(&worker.id), known(&worker.level)), ("worker".to_owned(), 0));
+        let source = |value: &YamlValue<i8>| &FILE[value.range().unwrap().clone()];
+        assert_eq!([source(&first.level), source(&second.level)], ["90", "'1'"]);
         assert_eq!(&FILE[second.range.clone()][..4], "{id:");
         assert_eq!(&FILE[first.affinity.range().unwrap().clone()], "[0, 3]");
     }
@@ -378,7 +358,7 @@ non_ros_threads:
                 [FileProblemKind::WrongKind { key: "priority".to_owned(), expected }],
                 "{priority}"
             );
-            assert!(matches!(entry.priority, YamlValue::Unknown(_)) && !is_complete, "{priority}");
+            assert!(matches!(entry.level, YamlValue::Unknown(_)) && !is_complete, "{priority}");
         }
         for affinity in ["0", "0-3", "[128]", "[-1]", "[0, x]", "[[0]]", "[01]", "{}", "'~'", "all"] {
             let (entry, kinds, is_complete) =
@@ -394,11 +374,8 @@ non_ros_threads:
         ] {
             let (entry, kinds, is_complete) = group(entry);
             assert_eq!((kinds.len(), is_complete), (1, false));
-            let of_deadline = matches!(entry.runtime, YamlValue::Unknown(_));
-            assert!(matches!(entry.policy, YamlValue::Unknown(_)) && of_deadline);
             assert!(
-                matches!(entry.priority, YamlValue::Unknown(_))
-                    && matches!(entry.nice, YamlValue::Unknown(_))
+                matches!(entry.policy, YamlValue::Unknown(_)) && matches!(entry.level, YamlValue::Unknown(_))
             );
         }
         for (entry, missing) in [
@@ -415,12 +392,11 @@ non_ros_threads:
         assert_eq!(kinds, [FileProblemKind::InvalidDeadline]);
         // A value of a key that is there twice.
         let (entry, kinds, _) = group("{id: /n, policy: SCHED_RR, priority: 9, priority: 8}");
-        assert!(matches!(entry.priority, YamlValue::Unknown(_)));
+        assert!(matches!(entry.level, YamlValue::Unknown(_)));
         assert_eq!(kinds, [FileProblemKind::RepeatedKey("priority".to_owned())]);
         let (entry, kinds, _) = group("{id: /n, policy: SCHED_RR, <<: {priority: 8}}");
         assert!(
-            matches!(entry.priority, YamlValue::Unknown(_))
-                && matches!(entry.affinity, YamlValue::Unknown(_))
+            matches!(entry.level, YamlValue::Unknown(_)) && matches!(entry.affinity, YamlValue::Unknown(_))
         );
         assert_eq!(kinds, [FileProblemKind::UncertainKeys]);
     }
@@ -431,12 +407,12 @@ non_ros_threads:
             group("{id: /n, policy: SCHED_OTHER, nice: 1, priority: 50, runtime: x, prio: 3, name: x}");
         let unknown = ["prio", "name"].map(|it| FileProblemKind::UnknownKey(it.to_owned()));
         assert_eq!((kinds, is_complete), (unknown.to_vec(), true));
-        assert_eq!((entry.nice.known(), entry.priority), (Some(&1), YamlValue::Absent));
+        assert_eq!(entry.level.known(), Some(&1));
         let (entry, kinds, is_complete) = group("{id: my_group, policy: SCHED_RR, priority: 50, nice: 99}");
         assert_eq!((kinds, is_complete), (vec![FileProblemKind::UnusualId("my_group".to_owned())], true));
-        assert_eq!((entry.priority.known(), entry.nice), (Some(&50), YamlValue::Absent));
+        assert_eq!(entry.level.known(), Some(&50));
         let (entry, kinds, _) = group("{id: /ns/n/*, policy: SCHED_RR, priority: 50}");
-        assert!(kinds.is_empty() && entry.group.unwrap().is_wildcard);
+        assert!(kinds.is_empty() && entry.group.unwrap().is_wildcard());
     }
 
     #[test]
@@ -496,7 +472,7 @@ non_ros_threads:
         let file = read_threads(&format!("{FILE}  - id: [\n"));
         assert!(file.completeness.is_incomplete());
         assert_eq!(file.groups.len(), 4);
-        assert_eq!(file.groups[0].priority.known(), Some(&90));
+        assert_eq!(file.groups[0].level.known(), Some(&90));
         let file = read_threads(
             "callback_groups:\n  - id: /n\n    policy: SCHED_RR\n    priority: 3\n    affinity [0]\n    x: y\n",
         );
@@ -510,11 +486,8 @@ non_ros_threads:
     fn entries_may_be_shared_by_aliases() {
         let text = "x: &p 40\ncallback_groups:\n- &e {id: /a, policy: SCHED_RR, priority: *p}\nnon_ros_threads:\n- *e\n";
         let file = read_threads(text);
-        assert_eq!(
-            (file.groups[0].priority.known(), file.others[0].priority.known()),
-            (Some(&40), Some(&40))
-        );
-        assert_eq!(&text[file.groups[0].priority.range().unwrap().clone()], "*p");
+        assert_eq!((file.groups[0].level.known(), file.others[0].level.known()), (Some(&40), Some(&40)));
+        assert_eq!(&text[file.groups[0].level.range().unwrap().clone()], "*p");
         assert_eq!(&text[file.others[0].range.clone()], "*e");
         // Entries by aliases are not copied without a limit.
         let text =

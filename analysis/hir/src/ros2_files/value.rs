@@ -133,7 +133,7 @@ impl ValueReader<'_> {
     /// Reports the keys of a mapping that `is_known` does not have.
     pub(super) fn unknown_keys(&mut self, mapping: NodeId, is_known: impl Fn(&str) -> bool) {
         let yaml = self.yaml;
-        for (key, _) in yaml.mapping(mapping).unwrap_or_default() {
+        for [key, _] in yaml.mapping(mapping).unwrap_or_default() {
             // A key on which readers disagree is a problem of its own.
             if let Some(name) = yaml.key(*key).filter(|name| !is_known(name)) {
                 self.problem(FileProblemKind::UnknownKey(name.to_owned()), yaml.range(*key));

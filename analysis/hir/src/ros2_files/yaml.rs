@@ -49,7 +49,7 @@ pub(super) struct YamlNode {
 pub(super) enum NodeKind {
     Scalar(String, ScalarStyle),
     Sequence(Vec<NodeId>),
-    Mapping(Vec<(NodeId, NodeId)>),
+    Mapping(Vec<[NodeId; 2]>),
     /// The value that it refers to, which is not an alias.
     Alias(NodeId),
 }
@@ -66,6 +66,7 @@ pub(super) enum Lookup {
 /// Parses the first document of a YAML file. The tree has the values before the first error.
 pub(super) fn parse(text: &str) -> Yaml {
     let mut builder = Builder { text, ..Builder::default() };
+    builder.yaml.nodes.reserve((text.len() / 16).min(MAX_NODES));
     if !text.is_ascii() {
         builder.offsets = text.char_indices().map(|(offset, _)| offset).collect();
     }
@@ -122,7 +123,7 @@ impl Yaml {
     }
 
     /// Returns the keys and values of a mapping; `None` of any other value, and with a tag.
-    pub(super) fn mapping(&self, id: NodeId) -> Option<&[(NodeId, NodeId)]> {
+    pub(super) fn mapping(&self, id: NodeId) -> Option<&[[NodeId; 2]]> {
         match self.resolve(id) {
             YamlNode { kind: NodeKind::Mapping(entries), is_tagged: false, .. } => Some(entries),
             _ => None,
@@ -166,29 +167,35 @@ impl Yaml {
 
     /// Returns the value of a key of a mapping. `a.b` is also the value of `b` in the mapping `a`.
     pub(super) fn find(&self, mapping: NodeId, name: &str) -> Lookup {
-        let mut found = Vec::new();
+        // The first one, and the last one of several.
+        let mut found = [None; 2];
         let doubt = self.collect(mapping, name, &mut found);
-        match (found.as_slice(), doubt) {
-            ([], None) => Lookup::Absent,
-            ([], Some((range, _))) => Lookup::Unknown(range),
+        match (found, doubt) {
+            ([None, _], None) => Lookup::Absent,
+            ([None, _], Some((range, _))) => Lookup::Unknown(range),
             // An error behind the key does not concern it.
-            ([one], None | Some((_, true))) => Lookup::Found(*one),
-            ([.., last], _) => Lookup::Unknown(self.range(*last)),
+            ([Some(one), None], None | Some((_, true))) => Lookup::Found(one),
+            ([Some(last), None] | [_, Some(last)], _) => Lookup::Unknown(self.range(last)),
         }
     }
 
     /// Collects the values of a name. Returns why there may be others, and whether the reason is the end of the text that is read.
-    fn collect(&self, mapping: NodeId, name: &str, found: &mut Vec<NodeId>) -> Option<(Range<usize>, bool)> {
+    fn collect(
+        &self,
+        mapping: NodeId,
+        name: &str,
+        found: &mut [Option<NodeId>; 2],
+    ) -> Option<(Range<usize>, bool)> {
         let Some(entries) = self.mapping(mapping) else { return Some((self.range(mapping), false)) };
         let mut doubt = self.resolve(mapping).is_open.then(|| (self.range(mapping), true));
-        for &(key, value) in entries {
+        for &[key, value] in entries {
             let Some(text) = self.key(key) else {
                 doubt = Some((self.range(key), false));
                 continue;
             };
             let rest = name.strip_prefix(text);
             if rest == Some("") {
-                found.push(value);
+                found[usize::from(found[0].is_some())] = Some(value);
             } else if let Some(rest) = rest.and_then(|rest| rest.strip_prefix('.')) {
                 let of_value = self.collect(value, rest, found);
                 doubt = doubt.filter(|it| !it.1 || of_value.is_none()).or(of_value);
@@ -199,11 +206,11 @@ impl Yaml {
 
     /// Reports keys that a mapping has twice, and keys on which readers disagree.
     fn check_keys(&mut self) {
-        let mut problems = Vec::new();
+        let (mut problems, mut seen) = (Vec::new(), FxHashSet::default());
         for node in &self.nodes {
             let NodeKind::Mapping(entries) = &node.kind else { continue };
-            let mut seen = FxHashSet::default();
-            for (key, _) in entries {
+            seen.clear();
+            for [key, _] in entries {
                 let kind = match self.key(*key) {
                     None => FileProblemKind::UncertainKeys,
                     Some(text) if !seen.insert(text) => FileProblemKind::RepeatedKey(text.to_owned()),
@@ -326,7 +333,7 @@ impl Builder<'_> {
         if let Some((parent, key)) = self.open.last_mut() {
             match (&mut self.yaml.nodes[parent.0].kind, key.take()) {
                 (NodeKind::Sequence(items), _) => items.push(id),
-                (NodeKind::Mapping(entries), Some(key)) => entries.push((key, id)),
+                (NodeKind::Mapping(entries), Some(key)) => entries.push([key, id]),
                 _ => *key = Some(id),
             }
         }
@@ -344,10 +351,10 @@ impl Builder<'_> {
     fn close(&mut self, bracket: usize) {
         let Some((id, _)) = self.open.pop() else { return };
         let node = self.yaml.node(id);
-        let inner: Vec<_> = match &node.kind {
-            NodeKind::Mapping(entries) => entries.iter().flat_map(|it| [it.0, it.1]).collect(),
-            NodeKind::Sequence(items) => items.clone(),
-            _ => Vec::new(),
+        let inner = match &node.kind {
+            NodeKind::Mapping(entries) => entries.as_flattened(),
+            NodeKind::Sequence(items) => items,
+            _ => &[],
         };
         let size = inner.iter().fold(1, |sum: usize, it| sum.saturating_add(self.yaml.node(*it).size));
         let last = inner.iter().rev().take(2).map(|it| self.yaml.node(*it).range.end).max();
@@ -543,7 +550,7 @@ mod tests {
             assert!(text.get(node.range.clone()).is_some(), "{:?} of {text:?}", node.range);
             let inner: Vec<NodeId> = match &node.kind {
                 NodeKind::Sequence(items) => items.clone(),
-                NodeKind::Mapping(entries) => entries.iter().flat_map(|it| [it.0, it.1]).collect(),
+                NodeKind::Mapping(entries) => entries.as_flattened().to_vec(),
                 _ => Vec::new(),
             };
             for id in inner.into_iter().filter(|_| !is_open) {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write as _;
 
-use mauve_hir::ros2_files::{GroupCallback, GroupId, ThreadEntry, ThreadsFile};
+use mauve_hir::ros2_files::{GroupId, ThreadEntry, ThreadsFile};
 use mauve_pwcet::trace::{Ros2Callback, Ros2Graph, Ros2Release};
 
 /// The file that is written for a system without one.
@@ -20,12 +20,12 @@ pub(super) struct Threads {
     recorded: BTreeMap<usize, GroupId>,
     /// The groups of the file, or the recorded ones.
     groups: Vec<GroupId>,
-    /// Those of a node with a callback, by their indices.
-    having: HashMap<(GroupId, GroupCallback), Vec<usize>>,
+    /// Those with a callback, by its id.
+    having: HashMap<String, Vec<usize>>,
     /// The nodes with an entry for all other groups.
-    wildcards: HashSet<GroupId>,
-    /// How many callbacks of each kind the nodes have in the recording.
-    counts: HashMap<(GroupId, GroupCallback), usize>,
+    wildcards: HashSet<String>,
+    /// How many callbacks with an id the recording has.
+    counts: HashMap<String, usize>,
 }
 
 impl Threads {
@@ -37,26 +37,25 @@ impl Threads {
         members.remove(&usize::MAX);
         // Those that were never executed are in the id, too.
         let id = |(group, all): (usize, Vec<&Ros2Callback>)| {
-            Some((group, group_of(graph, &all).filter(|it| it.callbacks.len() == all.len())?))
+            Some((group, group_of(graph, &all).filter(|it| it.callbacks().count() == all.len())?))
         };
         let recorded: BTreeMap<usize, GroupId> = members.into_iter().filter_map(id).collect();
         let groups: Vec<GroupId> = match &file {
             Some(file) => file.groups.iter().filter_map(|it| it.group.clone()).collect(),
             None => recorded.values().cloned().collect(),
         };
-        let mut having: HashMap<(GroupId, GroupCallback), Vec<usize>> = HashMap::new();
+        let mut having: HashMap<String, Vec<usize>> = HashMap::new();
         for (index, group) in groups.iter().enumerate() {
-            for callback in &group.callbacks {
-                let of = having.entry((group.of_node(), callback.clone())).or_default();
+            for callback in group.callbacks() {
+                let of = having.entry(format!("{}@{callback}", group.node())).or_default();
                 of.extend(Some(index).filter(|it| of.last() != Some(it)));
             }
         }
-        let mut counts: HashMap<(GroupId, GroupCallback), usize> = HashMap::new();
+        let mut counts: HashMap<String, usize> = HashMap::new();
         for id in graph.callbacks.iter().filter_map(|it| group_of(graph, &[it])) {
-            let node = id.of_node();
-            id.callbacks.into_iter().for_each(|it| *counts.entry((node.clone(), it)).or_default() += 1);
+            *counts.entry(id.text().to_string()).or_default() += 1;
         }
-        let wildcards = groups.iter().filter(|it| it.is_wildcard).map(GroupId::of_node).collect();
+        let wildcards = groups.iter().filter(|it| it.is_wildcard()).map(|it| it.node().to_owned()).collect();
         Threads { path, file, recorded, groups, having, wildcards, counts }
     }
 
@@ -70,23 +69,22 @@ impl Threads {
     pub(super) fn id(&self, graph: &Ros2Graph, callback: &Ros2Callback) -> Option<String> {
         let own = group_of(graph, &[callback])?;
         let recorded = self.recorded(callback);
-        let kind = (own.of_node(), own.callbacks.first()?.clone());
-        let having = self.having.get(&kind);
+        let is_recorded = |it: &GroupId| recorded.is_some() && sorted(it).as_ref() == recorded;
+        let having = self.having.get(own.text().as_str());
         let mut having = having.into_iter().flatten().filter_map(|it| self.groups.get(*it));
         let found = match (having.next(), having.next()) {
-            (None, _) => self.wildcards.contains(&own.of_node()).then(|| recorded.cloned().unwrap_or(own)),
+            (None, _) => self.wildcards.contains(own.node()).then(|| recorded.cloned().unwrap_or(own)),
             (Some(only), None) => {
-                let count = only.callbacks.iter().filter(|it| **it == kind.1).count();
-                let is_it = self.counts.get(&kind).is_none_or(|all| *all <= count)
-                    || recorded == Some(&only.clone().sorted());
-                is_it.then_some(own)
+                let count = only.callbacks().filter(|it| own.callbacks().next() == Some(it)).count();
+                let is_it = self.counts.get(own.text().as_str()).is_none_or(|all| *all <= count);
+                (is_it || is_recorded(only)).then_some(own)
             }
             (Some(first), Some(second)) => {
                 let mut all = [first, second].into_iter().chain(having);
-                all.find(|it| recorded == Some(&(**it).clone().sorted())).cloned()
+                all.find(|it| is_recorded(it)).cloned()
             }
         };
-        found.map(|it| it.to_string())
+        found.map(|it| it.text().to_string())
     }
 
     /// Returns the greatest number of a CPU in the file, from 0.
@@ -98,16 +96,20 @@ impl Threads {
 
 /// Returns the id of a group with these callbacks of one node.
 fn group_of(graph: &Ros2Graph, callbacks: &[&Ros2Callback]) -> Option<GroupId> {
-    let node: GroupId = graph.nodes.get(callbacks.first()?.node?)?.parse().ok()?;
+    let node = graph.nodes.get(callbacks.first()?.node?)?;
     let released = callbacks.iter().filter_map(|it| match &it.release {
-        Ros2Release::Timer(period) => Some(GroupCallback::Timer(*period)),
-        Ros2Release::Subscription(topic) => Some(GroupCallback::Subscription(topic.clone())),
-        Ros2Release::Service(service) => Some(GroupCallback::Service(service.clone())),
+        Ros2Release::Timer(period) => Some(format!("Timer({period})")),
+        Ros2Release::Subscription(topic) => Some(format!("Subscription({topic})")),
+        Ros2Release::Service(service) => Some(format!("Service({service})")),
         Ros2Release::Unknown => None,
     });
-    let id = GroupId { callbacks: released.collect(), ..node }.sorted();
-    // A recording may have any text.
-    id.to_string().parse().ok().filter(|it| *it == id && !id.callbacks.is_empty())
+    let released: Vec<String> = released.collect();
+    GroupId::sorted(node, released.iter().map(String::as_str)).filter(|_| !released.is_empty())
+}
+
+/// Returns the id with the callbacks in the order of Agnocast's executor.
+fn sorted(id: &GroupId) -> Option<GroupId> {
+    GroupId::sorted(id.node(), id.callbacks())
 }
 
 /// Returns a file with these threads and their priorities.
