@@ -33,7 +33,7 @@ use crate::exceedance::measurements;
 use crate::explanation::explain_response;
 use crate::markdown;
 use crate::occurrences::{Definition, is_of_value, names_at};
-use crate::threads::threads_with_activities;
+use crate::threads::{activities_with_threads, deployments_with_threads};
 use summary::by_tables;
 
 const MOST_LINES: usize = 60;
@@ -104,11 +104,16 @@ fn of_activity<'db>(cx: &HoverContext<'_, 'db>) -> Option<(TextRange, Decl<'db>,
 
 /// Returns the explanation of the activities of a thread in a file of threads.
 fn of_thread(cx: &HoverContext<'_, '_>) -> Option<(TextRange, String)> {
-    let all = threads_with_activities(cx.db, cx.project, cx.file);
-    let here: Vec<_> = all.into_iter().filter(|it| it.range.contains_inclusive(cx.offset)).collect();
-    let texts = here.iter().filter_map(|it| explained(cx, it.deployment, &it.activities));
-    let text: String = texts.collect();
-    Some((here.first()?.id, text)).filter(|(_, text)| !text.is_empty())
+    let (mut at, mut text) = (None, String::new());
+    for (project, deployment) in deployments_with_threads(cx.db, &[cx.project], cx.file) {
+        let all = activities_with_threads(cx.db, project, deployment, cx.file).into_iter();
+        let here = all.filter(|(_, [entry, _])| entry.contains_inclusive(cx.offset));
+        let (activities, ids): (Vec<usize>, Vec<TextRange>) =
+            here.map(|(index, [_, id])| (index, id)).unzip();
+        at = at.or(ids.first().copied());
+        text.extend(explained(cx, deployment, &activities));
+    }
+    Some((at?, text)).filter(|(_, text)| !text.is_empty())
 }
 
 /// Returns the explanation of these activities of a deployment; none where there is nothing to say.

@@ -22,6 +22,7 @@ pub use tables::{hash_of_table, limit_of, table_hints};
 
 use mauve_timing::CpuSet;
 use std::hash::{BuildHasher as _, BuildHasherDefault, DefaultHasher, Hash};
+use std::sync::Arc;
 
 use mauve_hir::ProgramId;
 use mauve_hir::item_tree::Name;
@@ -38,7 +39,7 @@ pub struct InlayHint {
     /// Its text, for a small screen.
     pub label: String,
     /// Texts that say the same in fewer and fewer words, for editors that know how much room there is.
-    pub labels: Vec<String>,
+    pub labels: Arc<[String]>,
     /// What its figure says.
     pub status: HintStatus,
     /// The utilisation of the CPU that it shows, in percent.
@@ -160,6 +161,7 @@ struct HintFigure {
 }
 
 /// The texts of a hint, and what they say.
+#[derive(Debug, Clone, PartialEq, Eq)]
 struct ShownHint {
     texts: Texts,
     status: HintStatus,

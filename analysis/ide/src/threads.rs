@@ -7,17 +7,6 @@ use mauve_wcrt::{declared_threads, system_of, thread_files, threads_in};
 
 use crate::occurrences::range_of;
 
-/// A thread in a file, and what a deployment executes in it.
-pub(crate) struct ThreadAt<'db> {
-    pub(crate) deployment: Decl<'db>,
-    /// The indices of its activities in the system of the deployment.
-    pub(crate) activities: Vec<usize>,
-    /// The range of the entry.
-    pub(crate) range: TextRange,
-    /// The range of its id.
-    pub(crate) id: TextRange,
-}
-
 /// Returns the deployments that may have the threads of a file, each with its project.
 pub fn deployments_with_threads<'db>(
     db: &'db dyn ModelDb,
@@ -31,31 +20,25 @@ pub fn deployments_with_threads<'db>(
     projects.iter().filter(has_it).flat_map(deployments).collect()
 }
 
-/// Returns the threads of a file that activities of a project name, in the order of the deployments and activities.
-pub(crate) fn threads_with_activities<'db>(
+/// Returns the activities of a deployment whose threads are in a file: the index of each, and the ranges of the entry of its thread and of
+/// the id there.
+pub(crate) fn activities_with_threads<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
+    deployment: Decl<'db>,
     file: File,
-) -> Vec<ThreadAt<'db>> {
+) -> Vec<(usize, [TextRange; 2])> {
     let workspace = project.workspace(db);
     if !thread_files(db, workspace).files.contains(&file) {
         return Vec::new();
     }
     let (declared, read) = (declared_threads(db, workspace), threads_in(db, file));
-    let mut found: Vec<ThreadAt<'db>> = Vec::new();
-    for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
-        let first = found.len();
-        for (index, activity) in system_of(db, project, deployment).activities.iter().enumerate() {
-            let thread = activity.declared_thread.and_then(|(index, _)| declared.all.get(index));
-            let ranges = thread.filter(|it| it.file == file).and_then(|it| read.ranges(it.place));
-            let Some([range, id]) = ranges.map(|it| it.map(range_of)) else { continue };
-            match found.iter_mut().skip(first).find(|it| it.range == range) {
-                Some(known) => known.activities.push(index),
-                None => found.push(ThreadAt { deployment, activities: vec![index], range, id }),
-            }
-        }
-    }
-    found
+    let activities = system_of(db, project, deployment).activities.iter().enumerate();
+    let in_file = activities.filter_map(|(index, activity)| {
+        let thread = declared.all.get(activity.declared_thread?.0).filter(|it| it.file == file)?;
+        Some((index, read.ranges(thread.place)?.map(range_of)))
+    });
+    in_file.collect()
 }
 
 #[cfg(test)]

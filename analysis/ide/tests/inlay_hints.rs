@@ -177,7 +177,7 @@ fn older_figures_stand_only_where_the_text_has_none() {
                 let text = file.text(&db).clone();
                 let now = hints(&db, workspace, file, &EarlierFigures::default());
                 let shown = hints(&db, workspace, file, &earlier);
-                for label in now.iter().flat_map(|hint| &hint.labels) {
+                for label in now.iter().flat_map(|hint| hint.labels.iter()) {
                     current.extend(label.split([' ', '·']).map(str::to_owned));
                 }
                 for hint in &shown {

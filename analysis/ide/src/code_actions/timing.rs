@@ -34,7 +34,7 @@ use mauve_wcrt::{
 };
 
 use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS};
-use crate::threads::threads_with_activities;
+use crate::threads::{activities_with_threads, deployments_with_threads};
 use crate::what_if::edit_of_fields;
 use mauve_diagnostics::figure::changed_figure;
 
@@ -204,12 +204,13 @@ fn deployment_and_activity_at<'db>(actions: &Actions<'_, 'db>) -> Option<(Decl<'
         });
         return Some((deployment, here));
     }
-    let threads = threads_with_activities(db, project, actions.question.file);
-    let thread =
-        threads.into_iter().find(|it| it.range.contains_inclusive(actions.question.range.start()))?;
-    let index = *thread.activities.first()?;
-    let name = activities_of(thread.deployment).get(index)?.instance.to_string();
-    Some((thread.deployment, Some((Some(index), name, thread.range))))
+    let (file, at) = (actions.question.file, actions.question.range.start());
+    deployments_with_threads(db, &[project], file).into_iter().find_map(|(_, deployment)| {
+        let mut all = activities_with_threads(db, project, deployment, file).into_iter();
+        let (index, [entry, _]) = all.find(|(_, [entry, _])| entry.contains_inclusive(at))?;
+        let name = activities_of(deployment).get(index)?.instance.to_string();
+        Some((deployment, Some((Some(index), name, entry))))
+    })
 }
 
 /// Returns the deployment at the cursor.

@@ -7,9 +7,7 @@ use mauve_hir::{Decl, Location, ModelDb, Project, node_around};
 use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_timing::{CpuLoad, CpuSet, Status};
-use mauve_wcrt::{
-    ActivityReport, Deadlines, Footing, Query, Report, ResolvedActivity, response_times, system_of,
-};
+use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, response_times, system_of};
 
 use super::label::Texts;
 use super::{HintOf, HintOptions, HintSubject, InlayHint, ShownHint, beside};
@@ -52,9 +50,7 @@ pub(super) fn of_deployment<'db>(
         }
     };
     let offsets: Vec<Option<TextSize>> = activities.iter().map(offset_of).collect();
-    let figures = report.activities.iter().zip(report.footings());
-    let shown = figures.map(|(activity, footing)| ShownHint::of(db, activity, footing, options.tight_slack));
-    let shown: Vec<ShownHint> = shown.collect();
+    let shown = activity_hints(db, project, deployment, options.tight_slack);
     let is_real_time = |it: &ActivityReport<'_>| it.verdict != Status::Background;
     if let Some(offset) = beside(text, &node)
         && report.activities.iter().any(is_real_time)
@@ -66,7 +62,7 @@ pub(super) fn of_deployment<'db>(
             found.push(HintOf { hint, subject: Some(subject), figure, room: SHARED_ROOM });
         };
         if options.response_times {
-            add(HintSubject::Deadlines, of_all(report, &shown, query), None);
+            add(HintSubject::Deadlines, of_all(report, shown, query), None);
         }
         for (cpus, shown, load) in loads(report, options.tight_slack).filter(|_| options.loads) {
             add(HintSubject::Cpus(cpus), shown, Some(load));
@@ -78,22 +74,26 @@ pub(super) fn of_deployment<'db>(
     for ((resolved, shown), offset) in activities.iter().zip(shown).zip(offsets) {
         let Some(offset) = offset else { continue };
         let subject = HintSubject::Activity(resolved.instance.clone());
-        found.push(shown.at(text, offset, subject, resolved.at.range(db).start()));
+        found.push(shown.clone().at(text, offset, subject, resolved.at.range(db).start()));
     }
 }
 
-impl ShownHint {
-    /// What the hint of an activity shows: its response time and its deadline, or why there is no response time.
-    pub(super) fn of<'db>(
-        db: &'db dyn ModelDb,
-        activity: &ActivityReport<'db>,
-        footing: Footing,
-        tight_slack: u32,
-    ) -> ShownHint {
+/// Returns what the hints of the activities of a deployment show, wherever they are: the response time and the deadline, or why there is
+/// no response time.
+#[salsa::tracked(returns(ref))]
+pub(super) fn activity_hints<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    tight_slack: u32,
+) -> Box<[ShownHint]> {
+    let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
+    let figures = report.activities.iter().zip(report.footings()).map(|(activity, footing)| {
         let forms = figure(db, activity, footing, tight_slack);
         let missing = (activity.verdict != Status::NotAnalysed).then_some(0);
         ShownHint { texts: Texts::of_forms(&forms), status: forms.status, missing }
-    }
+    });
+    figures.collect()
 }
 
 /// Returns how many deadlines of a deployment are met.

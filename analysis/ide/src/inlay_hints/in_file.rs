@@ -102,12 +102,13 @@ fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
         let mut hint = found.hint.clone();
         if let Some(name) = found.subject.as_ref().and_then(HintSubject::name).filter(|_| are_several) {
             let with_name = |label: &String| with_name(name, label);
-            (hint.label, hint.labels) = (with_name(&hint.label), hint.labels.iter().map(with_name).collect());
-            hint.labels.dedup();
+            let mut labels: Vec<String> = hint.labels.iter().map(with_name).collect();
+            labels.dedup();
             // A shorter form says more than a form without its end.
-            if let Some(whole) = hint.labels.iter().position(|label| !label.ends_with('…')) {
-                hint.labels.drain(..whole);
+            if let Some(whole) = labels.iter().position(|label| !label.ends_with('…')) {
+                labels.drain(..whole);
             }
+            (hint.label, hint.labels) = (with_name(&hint.label), labels.into());
         }
         hint
     };
@@ -155,7 +156,7 @@ mod tests {
             };
             on_lines(vec![of("planner"), of("a")]).swap_remove(0).labels
         };
-        assert_eq!(labels(&forms), ["planner: ✓ 26 / 100 ms ▰▱▱▱▱▱", "planner: ✓"]);
-        assert_eq!(labels(&forms[..1]), ["planner: ✓ 26 / 100 ms ▰▱▱▱▱▱ 2…"]);
+        assert_eq!(labels(&forms)[..], ["planner: ✓ 26 / 100 ms ▰▱▱▱▱▱", "planner: ✓"]);
+        assert_eq!(labels(&forms[..1])[..], ["planner: ✓ 26 / 100 ms ▰▱▱▱▱▱ 2…"]);
     }
 }

@@ -1,5 +1,7 @@
 //! The texts of hints: short enough for an editor that is split in two.
 
+use std::sync::Arc;
+
 use mauve_diagnostics::figure::{Forms, MOST_CHARACTERS, cut};
 
 /// The columns that an editor shows on a small screen, beside its lists of files and its map. Editors that know better choose among
@@ -17,9 +19,9 @@ pub(super) fn most_at(column: usize) -> usize {
 /// Texts that say the same in fewer and fewer words, each of at most [`MOST_CHARACTERS`].
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Texts {
-    texts: Vec<String>,
-    /// Longer ones with a bar, for editors that know how much room there is.
-    with_bar: Vec<String>,
+    all: Arc<[String]>,
+    /// How many of them have a bar: they are longer, for editors that know how much room there is.
+    bars: usize,
 }
 
 impl Texts {
@@ -36,7 +38,7 @@ impl Texts {
             texts.extend(last);
         }
         texts.dedup();
-        Texts { texts, with_bar: Vec::new() }
+        Texts { all: texts.into(), bars: 0 }
     }
 
     /// Returns the forms of a figure.
@@ -44,18 +46,20 @@ impl Texts {
         let mut all = forms.all();
         let texts = all.split_off(all.len().saturating_sub(forms.texts.len()));
         all.retain(|text| text.chars().count() <= MOST_CHARACTERS);
-        Texts { with_bar: all, ..Texts::of(texts) }
+        let bars = all.len();
+        all.extend_from_slice(&Texts::of(texts).all);
+        Texts { all: all.into(), bars }
     }
 
     /// Returns the first text of at most `room` characters, otherwise the last one.
     pub(super) fn within(&self, room: usize) -> &str {
-        let fits = self.texts.iter().find(|text| text.chars().count() <= room);
-        fits.or(self.texts.last()).map_or("", String::as_str)
+        let fits = self.all.iter().skip(self.bars).find(|text| text.chars().count() <= room);
+        fits.or(self.all.last()).map_or("", String::as_str)
     }
 
     /// Returns the texts with the mark of older figures, `…`, in the place of their own.
     pub(super) fn as_older(&self) -> Texts {
-        let older = self.texts.iter().map(|text| {
+        let older = self.all.iter().skip(self.bars).map(|text| {
             let mut words = text.splitn(2, ' ');
             match (words.next(), words.next()) {
                 (Some("✓" | "!" | "✗" | "–"), rest) => format!("… {}", rest.unwrap_or_default()),
@@ -67,8 +71,8 @@ impl Texts {
     }
 
     /// Returns all of them, the longest first.
-    pub(super) fn into_all(self) -> Vec<String> {
-        self.with_bar.into_iter().chain(self.texts).collect()
+    pub(super) fn into_all(self) -> Arc<[String]> {
+        self.all
     }
 }
 
@@ -80,8 +84,8 @@ mod tests {
     fn the_first_text_that_fits_is_shown() {
         let texts = |texts: &[&str]| Texts::of(texts.iter().map(|text| (*text).to_owned()));
         let long = "x".repeat(33);
-        assert_eq!(texts(&[&long, "short"]).into_all(), ["short"]);
-        assert_eq!(texts(&["long", "s", "s"]).into_all(), ["long", "s"]);
+        assert_eq!(texts(&[&long, "short"]).into_all()[..], ["short"]);
+        assert_eq!(texts(&["long", "s", "s"]).into_all()[..], ["long", "s"]);
         assert_eq!(texts(&["long", "s"]).within(4), "long");
         assert_eq!(texts(&["long", "s"]).within(3), "s");
         assert_eq!(texts(&["long", "s"]).within(0), "s");

@@ -2,14 +2,15 @@
 //! `[platform] threads`.
 
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{File, ModelDb, Project, config_file, names_of};
+use mauve_hir::{Decl, File, ModelDb, Project, config_file, names_of};
 use mauve_syntax::TextRange;
-use mauve_wcrt::{Query, response_times};
+use mauve_wcrt::system_of;
 
+use super::deployment::activity_hints;
 use super::earlier::{EarlierFigures, FigureOwner};
 use super::figures::with_earlier;
-use super::{HintOf, HintOptions, HintSubject, ShownHint, end_of_line};
-use crate::threads::{ThreadAt, threads_with_activities};
+use super::{HintOf, HintOptions, HintSubject, end_of_line};
+use crate::threads::activities_with_threads;
 
 /// Returns the hints of activities in other files than models: of the gateways that a `mauve.toml` declares, and of threads in a file
 /// of `[platform] threads`.
@@ -20,47 +21,50 @@ pub(super) fn in_other_file(
     options: HintOptions,
     earlier: &EarlierFigures,
 ) -> Vec<HintOf> {
-    let mut found = Vec::new();
-    let text = file.text(db);
-    let hint = |name: &str, shown: ShownHint, at: TextRange| {
-        let subject = HintSubject::Activity(name.into());
-        shown.at(text, end_of_line(text, at.end()), subject, at.start())
-    };
+    let (text, mut found) = (file.text(db), Vec::new());
     for &project in projects.iter().filter(|_| options.response_times) {
-        let threads = threads_with_activities(db, project, file);
-        let of_deployments: Vec<&[ThreadAt<'_>]> =
-            threads.chunk_by(|one, other| one.deployment == other.deployment).collect();
-        for of in &of_deployments {
-            let Some(deployment) = of.first().map(|it| it.deployment) else { continue };
-            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
-            let last = earlier.of(&FigureOwner::of(db, project, deployment));
-            let figures: Vec<_> = report.activities.iter().zip(report.footings()).collect();
-            for (id, index) in of.iter().flat_map(|it| it.activities.iter().map(|index| (it.id, *index))) {
-                let Some((activity, footing)) = figures.get(index) else { continue };
-                let shown = ShownHint::of(db, activity, *footing, options.tight_slack);
-                let mut shown = with_earlier(hint(&activity.instance, shown, id), last);
-                if of_deployments.len() > 1 {
-                    let name = format!("{}.{}", deployment.name(db), activity.instance);
-                    let subject = HintSubject::Activity(name.into());
-                    shown.iter_mut().for_each(|it| it.subject = Some(subject.clone()));
-                }
-                found.extend(shown);
-            }
-        }
-    }
-    let has_it = |project: &&Project<'_>| config_file(db, project.workspace(db)) == Some(file);
-    for &project in projects.iter().filter(has_it).filter(|_| options.response_times) {
-        for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
-            let report = response_times(db, project, deployment, Query::shown(db, project, deployment));
-            for (activity, footing) in report.activities.iter().zip(report.footings()) {
-                let Some(at) = activity.at.as_ref().and_then(|at| at.range_in(db, file)) else { continue };
-                // With hosts, `D@left` and `D@right`.
-                let name = activity.instance.replacen("ros2", deployment.name(db), 1);
-                found.push(hint(&name, ShownHint::of(db, activity, footing, options.tight_slack), at));
+        let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
+        let here = deployments.map(|it| (it, activities_in(db, project, it, file)));
+        let here: Vec<(Decl<'_>, Vec<(usize, TextRange)>)> = here.filter(|(_, of)| !of.is_empty()).collect();
+        for (deployment, activities) in &here {
+            let shown = activity_hints(db, project, *deployment, options.tight_slack);
+            let last = earlier.of(&FigureOwner::of(db, project, *deployment));
+            let system = &system_of(db, project, *deployment).activities;
+            for &(index, at) in activities {
+                let (Some(shown), Some(activity)) = (shown.get(index), system.get(index)) else { continue };
+                let subject = HintSubject::Activity(activity.instance.clone());
+                let shown = shown.clone().at(text, end_of_line(text, at.end()), subject, at.start());
+                let deployment = deployment.name(db).as_str();
+                let name = match activity.gateway {
+                    // With hosts, `D@left` and `D@right`.
+                    Some(_) => Some(activity.instance.replacen("ros2", deployment, 1)),
+                    None => (here.len() > 1).then(|| format!("{deployment}.{}", activity.instance)),
+                };
+                let subject = name.map(|it| HintSubject::Activity(it.into()));
+                found.extend(
+                    with_earlier(shown, last)
+                        .into_iter()
+                        .map(|of| HintOf { subject: subject.clone().or(of.subject), ..of }),
+                );
             }
         }
     }
     found
+}
+
+/// Returns the activities of a deployment that are in this file, with their places: of gateways, and of threads.
+fn activities_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    file: File,
+) -> Vec<(usize, TextRange)> {
+    if config_file(db, project.workspace(db)) == Some(file) {
+        let all = system_of(db, project, deployment).activities.iter().enumerate();
+        return all.filter_map(|(index, it)| Some((index, it.at.range_in(db, file)?))).collect();
+    }
+    let all = activities_with_threads(db, project, deployment, file).into_iter();
+    all.map(|(index, [_, id])| (index, id)).collect()
 }
 
 #[cfg(test)]

@@ -80,7 +80,7 @@ pub(crate) fn inlay_hints(snapshot: &Snapshot, params: &InlayHintParams) -> Resu
         let follows = last.replace(hint.offset) == Some(hint.offset) && snapshot.capabilities.gathers_padding;
         let mut data = json!({ "status": hint.status.name() });
         if hint.labels.len() > 1 {
-            data["labels"] = json!(hint.labels);
+            data["labels"] = json!(hint.labels[..]);
         }
         if let Some(load) = hint.load {
             data["load"] = json!(load);
