@@ -276,6 +276,10 @@ impl MainLoop {
                 if generation == self.staleness.generation() {
                     self.compared(compared);
                 }
+                // A worker has a clone. Until then, salsa keeps what the next edit would first free.
+                if Arc::strong_count(&self.workspaces) == 1 {
+                    self.db.trigger_lru_eviction();
+                }
             }
         }
         self.changing = None;
