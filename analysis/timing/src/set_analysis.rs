@@ -40,14 +40,10 @@ impl Tasks {
         let is_overloaded = responses.iter().any(|it| matches!(it.bound, Bound::Unbounded { .. }));
         let overloading = all.iter().filter(|_| is_overloaded);
         let shares = overloading.map(|task| share(task, options.method)).collect();
-        SetAnalysis {
-            responses,
-            calls,
-            blocking,
-            cpus,
-            tasks: Arc::new(Tasks { all, ..self.clone() }),
-            shares,
-        }
+        let Tasks { activities, others, .. } = *self;
+        let (operations, locks) = (self.operations.clone(), self.locks.clone());
+        let tasks = Tasks { all, activities, others, operations, locks, triggers: self.triggers.clone() };
+        SetAnalysis { responses, calls, blocking, cpus, tasks: Arc::new(tasks), shares }
     }
 }
 
