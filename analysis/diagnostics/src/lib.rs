@@ -437,8 +437,7 @@ pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, first_error, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
-use lists::enumerated;
-pub use lists::{all_of, each_once, grouped, known_utilisation, utilisation};
+pub use lists::{all_of, each_once, enumerated, grouped, known_utilisation, utilisation};
 pub use reasons::{EXHAUSTED, model_reason, reasons_of, short_reason, timing_reason};
 pub use table_reasons::{file_problem, times_of, unusable_time};
 use timing_facts::timing_diagnostic;

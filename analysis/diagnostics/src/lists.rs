@@ -46,7 +46,7 @@ pub fn grouped<K: Eq + Hash + Clone, V>(all: impl IntoIterator<Item = (K, V)>) -
 }
 
 /// `a`, `a and b`, `a, b and c`; long lists are truncated.
-pub(crate) fn enumerated<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
+pub fn enumerated<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
     const SHOWN: usize = 5;
     match names {
         [] => "nothing".to_owned(),

@@ -9,8 +9,8 @@ use clap::ValueEnum;
 use mauve_diagnostics::activity_figure::figure;
 use mauve_diagnostics::figure::{Forms, TIGHT_SLACK};
 use mauve_diagnostics::{
-    EXHAUSTED, each_once, grouped, known_utilisation, origins, reasons_of, supported, task_set_error_message,
-    times_of, timing_reason,
+    EXHAUSTED, each_once, enumerated, grouped, known_utilisation, origins, reasons_of, supported,
+    task_set_error_message, times_of, timing_reason,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Hosts, Location, ModelDb, Project};
@@ -379,9 +379,6 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     out + &conditions(it)
 }
 
-/// The most callbacks that are named as never executed.
-const MOST_IDLE: usize = 4;
-
 /// Returns what the figures of a deployment depend on, and why some are missing: a line each.
 pub(super) fn conditions(it: &Deployed<'_>) -> String {
     let mut out: String = it.supports().into_iter().map(|it| format!("  {}\n", supported(it))).collect();
@@ -433,21 +430,14 @@ fn of_threads(it: &Deployed<'_>) -> String {
             system.activities.len()
         );
     }
-    let named = |(id, callback): &(Name, Option<Name>)| match callback {
-        Some(callback) => format!("{callback} of {id}"),
-        None => format!("other groups of {id}"),
+    let named = |(id, callback): &(Name, Option<Name>)| {
+        let node = id.split('@').next().unwrap_or_default().trim_end_matches("/*");
+        format!("{} of {node}", callback.as_deref().unwrap_or("other groups"))
     };
-    let shown: Vec<String> = system.never_executed.iter().take(MOST_IDLE).map(named).collect();
-    if !shown.is_empty() {
-        let more = match system.never_executed.len() - shown.len() {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let _ = writeln!(
-            out,
-            "  assumption: what has no activity in its thread is never executed: {}{more}",
-            shown.join(", ")
-        );
+    let idle: Vec<String> = system.never_executed.iter().map(named).collect();
+    if !idle.is_empty() {
+        let idle = enumerated(&idle);
+        let _ = writeln!(out, "  assumption: what has no activity in its thread is never executed: {idle}");
     }
     out
 }
@@ -481,28 +471,31 @@ fn notes_of<'db>(it: &Deployed<'db>, report: &Report<'db>) -> Vec<String> {
     };
     let mut found: Vec<String> =
         report.not_analysed.iter().map(|it| format!("nothing is analysed: {}", located(it))).collect();
+    let mut of_activities: Vec<(String, &str)> = Vec::new();
     for activity in &report.activities {
         // A reason of the deployment is not repeated for each activity.
         let own = activity.reasons.len().saturating_sub(report.not_analysed.len());
         let reasons = each_once(activity.reasons.iter().take(own).map(located));
         if !reasons.is_empty() {
-            found.push(format!("{}: {}", activity.instance, reasons.join("; ")));
+            of_activities.push((reasons.join("; "), &activity.instance));
         }
     }
     let counted = report.activities.iter().filter_map(|it| Some((it, counted_cpus(report, it)?)));
-    found.extend(counted.map(|(it, counted)| format!("{}: analysed {counted}", it.instance)));
+    of_activities.extend(counted.map(|(it, counted)| (format!("analysed {counted}"), &*it.instance)));
     for activity in report.activities.iter().filter(|activity| activity.response.is_some()) {
         let (instance, wait) = (&activity.instance, activity.task.wait());
         if wait > Time::ZERO {
-            found.push(format!("{instance}: {wait} of its own time are waits"));
+            of_activities.push((format!("{wait} of its own time are waits"), instance));
         }
         let blocking = activity.window.as_ref().map_or(Time::ZERO, |window| window.blocking);
         if blocking > Time::ZERO {
-            found.push(format!("{instance}: {} delay it by {blocking}", blocking_priorities(report)));
+            of_activities.push((format!("{} delay it by {blocking}", blocking_priorities(report)), instance));
         }
     }
     let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
-    found.extend(assumed.map(|it| format!("{}: {}", it.instance, assumptions(&it.assumed))));
+    of_activities.extend(assumed.map(|it| (assumptions(&it.assumed), &*it.instance)));
+    let of_each = grouped(of_activities).into_iter();
+    found.extend(of_each.map(|(note, names)| format!("{}: {note}", enumerated(&names))));
     if matches!(it.origin, Analysed::File { .. }) && has_inverted_priorities(report) {
         found.push(
             "all priorities rise with the deadlines: is 1 the highest priority in your source? Here greater numbers are higher, as of \
