@@ -72,8 +72,10 @@ fn times(system: &System<'_>) -> String {
         let (whole, part) = (times.greatest / 1000, times.greatest % 1000);
         let of = if callback.elapsed > 0 { "elapsed" } else { "CPU time" };
         let (name, count) = (&callback.name, times.count);
-        let _ =
-            writeln!(text, "\"{ROS2_LIBRARY}.{name}\" = {whole}.{part:03}  # {of}, the greatest of {count}");
+        let _ = writeln!(
+            text,
+            "\"{ROS2_LIBRARY}.{name}\" = {whole}.{part:03}  # assumed: {of}, the greatest of {count}"
+        );
     }
     text
 }
@@ -359,7 +361,7 @@ impl<'a> Model<'a> {
         for part in self.parts.iter().filter(|_| self.system.threads.file.is_none()) {
             let Some(id) = self.system.threads.recorded(part.callback) else { continue };
             let rank = ranks.get(part.thread_name()).copied().unwrap_or(1);
-            let of = found.entry(id.to_string()).or_default();
+            let of = found.entry(id.text().to_string()).or_default();
             *of = (*of).max(rank);
         }
         found

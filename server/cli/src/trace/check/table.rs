@@ -142,7 +142,9 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
     }
     if observed.has_periods && !observed.has_scheduling {
         notes.push(
-            "priorities and CPUs of threads are not in the trace: generate and build the packages again to record them".to_owned(),
+            "priorities and CPUs of threads are not in the trace: to record them, generate and build the packages again, or of ROS 2, \
+             record the events sched_switch"
+                .to_owned(),
         );
     }
     if !observed.has_programs {
