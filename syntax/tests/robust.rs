@@ -258,6 +258,7 @@ fn what_is_nested_too_deep_is_one_error_in_a_small_stack() {
         inside(&format!("x = {}a{};", "f(".repeat(10_000), ")".repeat(10_000))),
         inside(&format!("{}{{ }}", "if a then { } else ".repeat(100_000))),
         inside(&format!("{}{}", "if a then { ".repeat(10_000), "} else { }".repeat(10_000))),
+        inside(&format!("if a then {{ }} {}", "elif a then { } ".repeat(100_000))),
         inside(&format!("x = {}1{};", "(a + (b + ".repeat(5_000), "))".repeat(5_000))),
     ];
     for text in texts {
@@ -266,7 +267,9 @@ fn what_is_nested_too_deep_is_one_error_in_a_small_stack() {
             .spawn(move || {
                 round_trips(&text);
                 let parse = parse(&text);
-                assert_eq!(parse.errors().len(), 1, "{:?}", parse.errors());
+                let is_foreign = |it: &&SyntaxError| matches!(it.kind, SyntaxErrorKind::Foreign(_));
+                let others = parse.errors().iter().filter(|it| !is_foreign(it)).count();
+                assert_eq!(others, 1, "{:?}", parse.errors());
                 let good = parse.syntax().children().last().unwrap();
                 assert_eq!(good.text(), "codel good(): int");
                 let deepest =

@@ -119,7 +119,7 @@ pub(super) fn starts_expression(kind: SyntaxKind) -> bool {
 fn if_(p: &mut Parser<'_>, needs_braces: bool) {
     let m = p.start();
     if p.depth >= DEEPEST {
-        p.too_deep(|p| p.at(R_CURLY) || p.previous() == R_CURLY && !p.at(ELSE_KW));
+        too_deep(p);
         m.complete(p, IF_STATEMENT);
         return;
     }
@@ -159,17 +159,29 @@ pub(super) fn if_rest(p: &mut Parser<'_>, needs_braces: bool) {
     }
     if p.at(ELSE_KW) && !matches!(p.nth(1), EQ | L_PAREN) {
         else_(p, needs_braces && has_braces);
-    } else if p.nth_is_foreign(0, ForeignWord::ElseIf) && !matches!(p.nth(1), EQ | L_PAREN | SEMICOLON) {
+    } else if at_foreign_else(p) {
         let m = p.start();
         p.foreign(Foreign::Spelling { tokens: 1, written: "else if" });
         p.bump_as(ELSE_KW);
         p.depth += 1;
         let nested = p.start();
-        if_rest(p, needs_braces && has_braces);
+        match p.depth >= DEEPEST {
+            true => too_deep(p),
+            false => if_rest(p, needs_braces && has_braces),
+        }
         nested.complete(p, IF_STATEMENT);
         p.depth -= 1;
         m.complete(p, ELSE);
     }
+}
+
+/// Returns whether this is `elif`.
+fn at_foreign_else(p: &Parser<'_>) -> bool {
+    p.nth_is_foreign(0, ForeignWord::ElseIf) && !matches!(p.nth(1), EQ | L_PAREN | SEMICOLON)
+}
+
+fn too_deep(p: &mut Parser<'_>) {
+    p.too_deep(|p| p.at(R_CURLY) || p.previous() == R_CURLY && !p.at(ELSE_KW) && !at_foreign_else(p));
 }
 
 /// Returns whether the branch of an `if` begins here, on its line, without braces.
