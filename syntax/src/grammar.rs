@@ -85,10 +85,7 @@ fn source_file(p: &mut Parser<'_>) {
 fn declaration(p: &mut Parser<'_>) {
     match p.current() {
         INCLUDE_KW => include(p, true),
-        USE_KW => node(p, USE, |p| {
-            name_ref(p, Expected::PackageName);
-            foreign::opt_behind_use(p);
-        }),
+        USE_KW => node(p, USE, |p| name_ref(p, Expected::PackageName)),
         CODEL_KW => signature(p, CODEL),
         SHELL_KW => shell::shell(p),
         CORE_KW => core::core(p),
@@ -148,7 +145,10 @@ fn signature(p: &mut Parser<'_>, kind: SyntaxKind) {
     node(p, kind, |p| {
         // `codel int act(…)`
         if p.at(IDENT) && p.nth(1).is_word() && p.nth(2) == L_PAREN && !p.nth_begins_line(1) {
-            foreign::result_first(p);
+            p.foreign(Foreign::ResultFirst);
+            p.drop_tokens(1);
+            name(p);
+            parameters(p);
             return;
         }
         name(p);
@@ -164,7 +164,6 @@ fn parameters(p: &mut Parser<'_>) {
         return;
     }
     node(p, PARAM_LIST, |p| {
-        foreign::opt_no_parameters(p);
         separated(p, R_PAREN, Expected::Parameter, parameter);
         p.expect(R_PAREN);
     });
@@ -191,10 +190,6 @@ fn parameter(p: &mut Parser<'_>) -> bool {
 fn component(p: &mut Parser<'_>) {
     node(p, COMPONENT, |p| {
         name(p);
-        if p.at(L_CURLY) {
-            p.skip_foreign(Foreign::ComponentBody, |_| true);
-            return;
-        }
         p.expect(L_PAREN);
         type_(p, Expected::ShellName);
         p.expect(COMMA);
@@ -300,9 +295,7 @@ fn colon_type(p: &mut Parser<'_>) {
 
 /// Takes `{ item … }`. Items may be separated by `;`.
 fn list(p: &mut Parser<'_>, kind: SyntaxKind) {
-    if !p.at(L_CURLY) {
-        foreign::opt_before_list(p);
-    }
+    foreign::opt_superfluous(p, L_CURLY);
     if !p.eat(L_CURLY) {
         p.missing(Expected::Token(L_CURLY));
         // Text between a header and its list is part of the same mistake.
@@ -346,8 +339,9 @@ fn commas(p: &mut Parser<'_>, kind: SyntaxKind) {
     p.foreign(Foreign::Comma);
     while p.at(COMMA) {
         p.drop_tokens(1);
-        if p.at_own_item() {
-            item(p, kind);
+        match p.at_own_item() {
+            true => item(p, kind),
+            false => p.drop_until(|p| p.begins_line() || matches!(p.current(), COMMA | R_CURLY)),
         }
     }
 }

@@ -15,7 +15,7 @@
 //! | `mauve.ungram` | the tree: nodes and their children, and the sets of keywords; `generated/` is generated from it |
 //! | `lexer.rs` | splits a text into tokens, with logos |
 //! | `grammar.rs`, `grammar/` | the handwritten parser: a function for each rule, from tokens to events |
-//! | `foreign.rs` | the forms of other languages that the parser recognises |
+//! | `foreign.rs` | the forms of C++ and other languages that the parser recognises |
 //! | `list.rs` | the kinds of list, and the keywords of their items |
 //! | `parser.rs` | the state of the parser for these functions: markers, recovery, the depth limit |
 //! | `tree.rs` | builds rowan's tree from events and tokens, with white space |

@@ -4,7 +4,7 @@ use rowan::{TextRange, TextSize};
 
 use crate::SyntaxKind::{self, *};
 use crate::error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
-use crate::foreign::{self, Foreign};
+use crate::foreign::{self, Foreign, ForeignWord};
 use crate::keywords::ActivityField;
 use crate::lexer::{self, Lexed};
 
@@ -40,7 +40,7 @@ pub(crate) struct Parser<'a> {
 
 /// A state of the parser to which it can return.
 pub(crate) struct Checkpoint {
-    pub(crate) position: usize,
+    position: usize,
     events: usize,
     errors: usize,
     last_error: Option<usize>,
@@ -382,19 +382,14 @@ impl<'a> Parser<'a> {
             .flatten()
     }
 
-    /// Returns the role of the `n`th token after the current one in another language, if `meaning` accepts one.
-    pub(crate) fn nth_foreign<T>(
-        &self,
-        n: usize,
-        meaning: impl Fn(foreign::ForeignWord) -> Option<T>,
-    ) -> Option<T> {
-        let word = self.nth_text(n).filter(|_| self.nth(n) == IDENT)?;
-        foreign::meanings(word).find_map(meaning)
+    /// Returns the meaning of the `n`th token after the current one in other languages.
+    pub(crate) fn nth_foreign(&self, n: usize) -> Option<ForeignWord> {
+        foreign::meaning(self.nth_text(n).filter(|_| self.nth(n) == IDENT)?)
     }
 
-    /// Returns whether the `n`th token after the current one has the role `word` in another language.
-    pub(crate) fn nth_is_foreign(&self, n: usize, word: foreign::ForeignWord) -> bool {
-        self.nth_foreign(n, |it| (it == word).then_some(())).is_some()
+    /// Returns whether the `n`th token after the current one is a word that other languages have instead of `kind`.
+    pub(crate) fn nth_is_instead_of(&self, n: usize, kind: SyntaxKind) -> bool {
+        self.nth_foreign(n) == Some(ForeignWord::InsteadOf(kind))
     }
 
     /// Returns whether the `n`th token after the current one marks a reference or a pointer: `&`, `*`.
@@ -420,11 +415,6 @@ impl<'a> Parser<'a> {
 
     pub(crate) fn nth_looks_like_type(&self, n: usize) -> bool {
         self.nth(n) == IDENT && self.nth_text(n).is_some_and(foreign::looks_like_type)
-    }
-
-    /// Returns whether the `n`th token after the current one is a type such as `int`.
-    pub(crate) fn nth_is_scalar(&self, n: usize) -> bool {
-        self.nth(n) == IDENT && self.nth_text(n).is_some_and(foreign::is_scalar)
     }
 
     /// Returns the keyword that the current word writes with capital letters.
@@ -465,38 +455,18 @@ impl<'a> Parser<'a> {
         self.found > before.found
     }
 
-    /// Returns the result of `look` at a checkpoint.
-    pub(crate) fn from<T>(&mut self, there: &Checkpoint, look: impl Fn(&Parser<'_>) -> T) -> T {
-        let here = std::mem::replace(&mut self.position, there.position);
-        let seen = look(self);
-        self.position = here;
-        seen
-    }
-
-    /// Returns the number of tokens taken since then.
-    pub(crate) fn taken_since(&self, before: &Checkpoint) -> usize {
-        self.position - before.position
-    }
-
     /// Reports a form of another language at the current token, and marks it in the tree.
     pub(crate) fn foreign(&mut self, form: Foreign) {
-        self.report_at(self.position, SyntaxErrorKind::Foreign(form));
+        self.report_foreign(form);
         self.mark();
     }
 
-    /// Reports a form of another language at `position`, a token that was already taken.
-    pub(crate) fn foreign_at(&mut self, position: usize, form: Foreign) {
-        self.found += 1;
-        let range = self.range_of(position);
-        self.errors.push(SyntaxError { range, kind: SyntaxErrorKind::Foreign(form) });
-        self.mark();
-    }
-
-    fn report_at(&mut self, position: usize, kind: SyntaxErrorKind) {
+    fn report_foreign(&mut self, form: Foreign) {
         self.found += 1;
         if self.last_error != Some(self.position) {
             self.last_error = Some(self.position);
-            self.errors.push(SyntaxError { range: self.range_of(position), kind });
+            let range = self.range_of(self.position);
+            self.errors.push(SyntaxError { range, kind: SyntaxErrorKind::Foreign(form) });
         }
     }
 
@@ -570,7 +540,7 @@ impl<'a> Parser<'a> {
 
     /// Reports a form of another language, and skips tokens as [`Parser::skip`] does.
     pub(crate) fn skip_foreign(&mut self, form: Foreign, stop: impl Fn(&Parser<'_>) -> bool) {
-        self.report_at(self.position, SyntaxErrorKind::Foreign(form));
+        self.report_foreign(form);
         self.skip_rest(stop);
     }
 
@@ -669,8 +639,6 @@ pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
 
 /// Returns whether the parser treats two words in the same way.
 pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
-    let is_plain = |word| foreign::meanings(word).next().is_none() && lexer::in_lower_case(word).is_none();
-    let is_alike = foreign::looks_like_type(one) == foreign::looks_like_type(other)
-        && foreign::is_scalar(one) == foreign::is_scalar(other);
-    is_plain(one) && is_plain(other) && is_alike
+    let is_plain = |word| foreign::meaning(word).is_none() && lexer::in_lower_case(word).is_none();
+    is_plain(one) && is_plain(other) && foreign::looks_like_type(one) == foreign::looks_like_type(other)
 }

@@ -1,9 +1,9 @@
 //! How MAUVE writes what other languages write otherwise: the message of each [`Foreign`] form, and a fix for the common ones.
 //!
-//! A fix replaces, adds or removes a few tokens. A form that it would have to compose again has none, such as `a ? b : c` or
-//! branches without braces: its message shows the form in MAUVE.
+//! A fix replaces, adds or removes a few tokens. A form that it would have to compose again has none, such as branches
+//! without braces: its message shows the form in MAUVE.
 
-use mauve_hir::{PERIODS, field_entry, similar_field};
+use mauve_hir::{field_entry, similar_field};
 use mauve_syntax::ast::{AssignStatement, AstNode as _, Expr};
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{
@@ -20,65 +20,47 @@ pub(super) type Said = (String, Option<Rewrite>);
 /// Returns the message for `form` at `token`, and its rewrite in MAUVE.
 pub(super) fn said(form: Foreign, token: &SyntaxToken) -> Said {
     let found = token.text();
-    let rule = || rule(form).to_owned();
-    let type_first = |written: Option<(String, TextRange)>| match written {
+    let type_first = |written: Option<(String, TextRange)>, rule: &str| match written {
         Some((written, range)) => {
             (format!("the type follows the name: write `{written}`"), Some(writing(range, written)))
         }
-        None => (rule(), None),
+        None => (rule.to_owned(), None),
     };
-    match form {
-        Foreign::Spelling { tokens, written } => spelling(token, tokens, written),
-        Foreign::Superfluous { tokens } => superfluous(token, tokens),
+    let message = match form {
+        Foreign::Spelling { tokens, written } => return spelling(token, tokens, written),
+        Foreign::Superfluous { tokens } => {
+            let joined = joined(token, tokens);
+            let removal = removing(&format!("Remove `{joined}`"), without_gap(token, tokens));
+            return (format!("unexpected `{joined}`"), Some(removal));
+        }
         Foreign::Keyword(keyword) => {
-            let message = match keyword {
-                "input" => "expected `input` or `output` before `port`".to_owned(),
-                keyword => format!("expected `{keyword}` before `{found}`"),
-            };
             let before = TextRange::empty(token.text_range().start());
-            (message, Some((format!("Write `{keyword}`"), vec![(before, format!("{keyword} "))])))
+            let edits = vec![(before, format!("{keyword} "))];
+            return (
+                format!("expected `{keyword}` before `{found}`"),
+                Some((format!("Write `{keyword}`"), edits)),
+            );
+        }
+        Foreign::CompoundAssignment => return compound_assignment(token),
+        Foreign::Increment => return increment(token),
+        Foreign::TypeFirst => {
+            return type_first(name_first(token), "a variable has `var` and a type, as in `var n: int = 3`");
+        }
+        Foreign::Reference => {
+            let rule = "MAUVE has no references or pointers: write `in NAME: TYPE`, or `inout NAME: TYPE` if the codel \
+                        changes the value";
+            return type_first(reference(token), rule);
+        }
+        Foreign::Unit => return unit(token),
+        Foreign::Comma => {
+            return ("items are separated by white space, not by commas".to_owned(), commas(token));
+        }
+        Foreign::ResultFirst => {
+            return (format!("the type of the result follows the parameters: `: {found}`"), None);
         }
         Foreign::Loop if matches!(found, "break" | "continue") => {
-            (format!("MAUVE has no loops, and no `{found}`"), None)
+            return (format!("MAUVE has no loops, and no `{found}`"), None);
         }
-        Foreign::Function if in_core(token) => {
-            let message = "a core has no functions: declare a codel outside of it, or write an operation: \
-                           `provide NAME(…) = { … }`";
-            (message.to_owned(), None)
-        }
-        Foreign::CompoundAssignment => compound_assignment(token),
-        Foreign::Increment => match incremented(token) {
-            Some((name, sign, range)) => {
-                let written = format!("{name} = {name} {sign} 1");
-                (format!("MAUVE has no `{sign}{sign}`: write `{written};`"), Some(writing(range, written)))
-            }
-            None => (rule(), None),
-        },
-        Foreign::TypeFirst => type_first(name_first(token)),
-        Foreign::Reference => type_first(reference(token)),
-        Foreign::ResultFirst => {
-            (format!("the type of the result follows the parameters: `: {}`", mauve_type(found)), None)
-        }
-        Foreign::NamelessParameter => {
-            (format!("a parameter has a name: `in NAME: {}`", mauve_type(found)), None)
-        }
-        Foreign::Unit => unit(token),
-        Foreign::Untyped => (rule(), untyped(token)),
-        Foreign::Comma => (rule(), commas(token)),
-        _ => (rule(), None),
-    }
-}
-
-/// Returns the rule of MAUVE for a form.
-fn rule(form: Foreign) -> &'static str {
-    match form {
-        Foreign::Spelling { .. }
-        | Foreign::Superfluous { .. }
-        | Foreign::Keyword(_)
-        | Foreign::CompoundAssignment
-        | Foreign::ResultFirst
-        | Foreign::NamelessParameter
-        | Foreign::Unit => "MAUVE has another spelling",
         Foreign::Loop => {
             "MAUVE has no loops: write the loop in a codel, or repeat a state of a state machine, once per period"
         }
@@ -86,51 +68,15 @@ fn rule(form: Foreign) -> &'static str {
             "MAUVE has no `switch`: write `if … then { … } else if … then { … } else { … }`, or a state machine"
         }
         Foreign::Function => {
-            "MAUVE declares functions as codels, which C++ implements: `codel NAME(in PARAMETER: TYPE): RESULT`"
+            "MAUVE declares functions as codels, outside of cores, which C++ implements: `codel NAME(in PARAMETER: TYPE): RESULT`"
         }
-        Foreign::Increment => "MAUVE has one assignment only: `n = n + 1;`",
-        Foreign::TypeFirst => "the type follows the name: `n: int`",
-        Foreign::Untyped | Foreign::ConstantVariable => {
-            "a variable is declared with `var` and its type, as in `var n: int = 3`"
-        }
-        Foreign::Ternary => "MAUVE has no `? :`: write `if … then { … } else { … }`",
-        Foreign::Fraction => "a decimal has digits on both sides of the point, as in `1.0` or `0.5`",
-        Foreign::Comma => "items are separated by white space, not by commas",
-        Foreign::UnnamedTransition => "a transition has a name: `transition NAME if GUARD to STATE`",
         Foreign::GuardLast => "the guard comes before the target: `transition NAME if GUARD to STATE`",
-        Foreign::InitialLast => "`initial` comes before `state`",
-        Foreign::ComponentBody => "a component consists of a shell and a core: `component NAME(SHELL, CORE)`",
-        Foreign::CoreHeader => "a core has its shell in parentheses: `core NAME(SHELL) { … }`",
-        Foreign::ActivityBody => {
-            "the fields of an activity have braces: `activity NAME { priority = … period = … }`"
-        }
         Foreign::Braces => "the branches of an `if` have braces: `if … then { … } else { … }`",
-        Foreign::SecondReader => "a connection has one reader: write a second connection",
-        Foreign::Reference => {
-            "MAUVE has no references or pointers: write `in NAME: TYPE`, or `inout NAME: TYPE` if the codel changes the value"
-        }
-        Foreign::Signature => {
-            "write the parameters and the result as in `codel NAME(in PARAMETER: TYPE): RESULT`"
-        }
-        Foreign::CpuList => "a list has brackets, as in `cpus = [1, 2]`",
-        Foreign::ShellOperation => {
-            "write `provide` or `require` instead of `operation`: a shell provides an operation to others, or requires it"
-        }
-        Foreign::TransitionForm => "a transition is written as `transition NAME if GUARD to STATE`",
-        Foreign::Interval => "an interval has the form `[LOWEST; HIGHEST]`",
-        Foreign::InstanceValues => "an instance has no values: write `property INSTANCE.PROPERTY = VALUE`",
-        Foreign::Packages => "`use` takes one name: write one `use` for each",
-        Foreign::UsedFile => {
-            "`use` takes a library or a message package: write `include \"FILE.mal\"` for a file"
-        }
-        Foreign::ImportFrom => {
-            "MAUVE writes `use PACKAGE` for a library or a message package, and `include \"FILE.mal\"` for a file"
-        }
-        Foreign::Cast => "MAUVE has no casts: a codel converts a value",
         Foreign::TypeSuffix => {
             "a type is one name: MAUVE has no arrays, pointers or type arguments, but messages and external types"
         }
-    }
+    };
+    (message.to_owned(), None)
 }
 
 /// Returns the rewrite of one range.
@@ -141,41 +87,6 @@ pub(super) fn writing(range: TextRange, written: String) -> Rewrite {
 /// Returns the rewrite that removes one range.
 pub(super) fn removing(title: &str, range: TextRange) -> Rewrite {
     (title.to_owned(), vec![(range, String::new())])
-}
-
-/// Returns the message for the name of a value that other languages have, and how MAUVE writes the value.
-pub(super) fn value(name: &str) -> Option<(String, Option<&'static str>)> {
-    let written = match name {
-        "True" | "TRUE" => "true",
-        "False" | "FALSE" => "false",
-        "newData" | "NewData" | "NEW_DATA" => "new_data",
-        "oldData" | "OldData" | "OLD_DATA" => "old_data",
-        "noData" | "NoData" | "NO_DATA" => "no_data",
-        "null" | "NULL" | "nullptr" | "nil" | "None" | "undefined" => {
-            return Some((
-                format!("MAUVE has no `{name}`: a port without a value has the status `no_data`"),
-                None,
-            ));
-        }
-        _ => return None,
-    };
-    Some((format!("MAUVE writes `{written}` instead of `{name}`"), Some(written)))
-}
-
-/// Returns the message for the name of a function that other languages have, and how MAUVE writes it.
-pub(super) fn function(name: &str) -> Option<(String, Option<&'static str>)> {
-    match name {
-        "not" => Some(("MAUVE writes `!` instead of `not`".to_owned(), Some("!"))),
-        "publish" => {
-            Some(("MAUVE writes `write(PORT, VALUE)` to send a value to an output port".to_owned(), None))
-        }
-        "print" | "printf" | "println" | "sleep" | "delay" | "wait" | "abs" | "min" | "max" | "sqrt"
-        | "sin" | "cos" => Some((
-            format!("MAUVE has no function `{name}`: declare a codel `{name}`, which C++ implements"),
-            None,
-        )),
-        _ => None,
-    }
 }
 
 // Tokens
@@ -197,59 +108,35 @@ fn spelling(token: &SyntaxToken, tokens: u8, written: &'static str) -> Said {
     (message, Some((format!("Write `{written}`"), vec![(range, padded(token, written))])))
 }
 
-/// Removes tokens, or the `;` that separates an `else` from its `if`.
-fn superfluous(token: &SyntaxToken, tokens: u8) -> Said {
-    match token.text() {
-        "else" => match semicolon_behind_block(token) {
-            Some(semicolon) => (
-                "this `else` belongs to no `if`: remove the `;` before it".to_owned(),
-                Some(removing("Remove the `;`", semicolon.text_range())),
-            ),
-            None => ("this `else` belongs to no `if`".to_owned(), None),
-        },
-        found => {
-            let joined = joined(token, tokens);
-            let message = match found {
-                "void" => "a signature without parameters has `()`".to_owned(),
-                _ => format!("unexpected `{joined}`"),
-            };
-            (message, Some(removing(&format!("Remove `{joined}`"), without_gap(token, tokens))))
-        }
-    }
+/// Returns `count` tokens, from `token` on.
+fn following(token: &SyntaxToken, count: u8) -> impl Iterator<Item = SyntaxToken> {
+    std::iter::successors(Some(token.clone()), next_significant).take(usize::from(count))
 }
 
-/// Returns the range of `count` tokens from `token` on.
 fn range_of(token: &SyntaxToken, count: u8) -> TextRange {
-    let last = (1..count).try_fold(token.clone(), |token, _| next_significant(&token));
-    token.text_range().cover(last.unwrap_or_else(|| token.clone()).text_range())
+    following(token, count).fold(token.text_range(), |range, it| range.cover(it.text_range()))
 }
 
 fn joined(token: &SyntaxToken, count: u8) -> String {
-    let tokens = std::iter::successors(Some(token.clone()), next_significant).take(usize::from(count));
-    let texts: Vec<String> = tokens.map(|token| token.text().to_owned()).collect();
-    let are_words = texts.iter().all(|text| text.starts_with(|it: char| it.is_alphanumeric()));
-    texts.join(if are_words { " " } else { "" })
+    let texts: Vec<String> = following(token, count).map(|it| it.text().to_owned()).collect();
+    texts.join(if token.kind().is_word() { " " } else { "" })
 }
 
-/// Returns `written` with a space where a word before it would go on.
+/// Returns `written` with a space behind a word or `)` that touches it.
 fn padded(token: &SyntaxToken, written: &str) -> String {
-    let is_letter = |letter: char| letter.is_alphanumeric() || letter == '_';
-    let before = mauve_syntax::previous_token(token);
-    let touches = before.is_some_and(|it| it.text().ends_with(is_letter) || it.text().ends_with(')'));
-    if touches && (written.starts_with(is_letter) || matches!(written, "=" | "->")) {
-        format!(" {written}")
-    } else {
-        written.to_owned()
-    }
+    let ends =
+        |it: SyntaxToken| it.text().ends_with(|last: char| last.is_alphanumeric() || "_)".contains(last));
+    let touches = mauve_syntax::previous_token(token).is_some_and(ends) && written != ":";
+    format!("{}{written}", if touches { " " } else { "" })
 }
 
-/// Returns `range` with the white space that does not stand beside `written`.
+/// Returns `range` without the white space before `:` and after `!`.
 fn around(token: &SyntaxToken, range: TextRange, written: &str) -> TextRange {
-    let before = previous_significant(token).map(|it| it.text_range().end());
-    let behind = next_significant(token).map(|it| it.text_range().start());
+    let before = previous_significant(token).map(|it| it.text_range());
+    let behind = next_significant(token).map(|it| it.text_range());
     match (written, before, behind) {
-        (":", Some(before), _) => TextRange::new(before, range.end()),
-        ("!", _, Some(behind)) => TextRange::new(range.start(), behind),
+        (":", Some(before), _) => TextRange::new(before.end(), range.end()),
+        ("!", _, Some(behind)) => TextRange::new(range.start(), behind.start()),
         _ => range,
     }
 }
@@ -272,30 +159,6 @@ fn without_gap(token: &SyntaxToken, count: u8) -> TextRange {
     match gap {
         Some(gap) if !gap.text().contains('\n') => gap.text_range().cover(range),
         _ => range,
-    }
-}
-
-/// Returns the `;` before `token`, if a block ends before it.
-fn semicolon_behind_block(token: &SyntaxToken) -> Option<SyntaxToken> {
-    let semicolon = previous_significant(token).filter(|it| it.kind() == SyntaxKind::SEMICOLON)?;
-    let is_behind_block = previous_significant(&semicolon)?.kind() == SyntaxKind::R_CURLY;
-    is_behind_block.then_some(semicolon)
-}
-
-fn in_core(token: &SyntaxToken) -> bool {
-    token.parent_ancestors().any(|node| node.kind() == SyntaxKind::CORE)
-}
-
-/// Returns the name of a type of another language in MAUVE.
-fn mauve_type(name: &str) -> &str {
-    match name {
-        "boolean" | "Bool" | "Boolean" => "bool",
-        "integer" | "Int" | "Integer" => "int",
-        "real" | "Double" | "Real" => "double",
-        "Float" => "float",
-        "str" | "String" => "string",
-        "unsigned" => "uint",
-        name => name,
     }
 }
 
@@ -331,30 +194,20 @@ fn compound_assignment(operator: &SyntaxToken) -> Said {
     (format!("MAUVE has no `{operator}=`: write `{written}`"), Some((format!("Write `{written}`"), edits)))
 }
 
-/// Returns what `n++` increments, by which sign, and the range of that.
-fn incremented(token: &SyntaxToken) -> Option<(String, String, TextRange)> {
-    let three = [token.clone(), next_significant(token)?, next_significant(&next_significant(token)?)?];
-    let name = three.iter().find(|it| it.kind().is_word())?;
-    let sign = three.iter().find(|it| !it.kind().is_word())?;
-    let range = three.iter().map(SyntaxToken::text_range).reduce(TextRange::cover)?;
-    Some((name.text().to_owned(), sign.text().to_owned(), range))
-}
-
-/// `let n = 3;` → `var n: int = 3;`
-fn untyped(keyword: &SyntaxToken) -> Option<Rewrite> {
-    let name = next_significant(keyword)?;
-    let value = next_significant(&next_significant(&name)?)?;
-    let written = format!("var {}: {}", name.text(), type_of(&value)?);
-    Some(writing(keyword.text_range().cover(name.text_range()), written))
+/// `n++`, `--n` → `n = n + 1`, `n = n - 1`
+fn increment(token: &SyntaxToken) -> Said {
+    let three: Vec<SyntaxToken> = following(token, 3).collect();
+    let is_name = |it: &&SyntaxToken| it.kind().is_word();
+    let name = three.iter().find(is_name).map_or("n", SyntaxToken::text);
+    let sign = three.iter().find(|it| !is_name(it)).map_or("+", SyntaxToken::text);
+    let written = format!("{name} = {name} {sign} 1");
+    (format!("MAUVE has no `{sign}{sign}`: write `{written};`"), Some(writing(range_of(token, 3), written)))
 }
 
 /// `33 ms` → `33`, and for a time of an activity `2 s` → `2000`.
 fn unit(token: &SyntaxToken) -> Said {
-    if let Some((name, written, range)) = rate(token) {
-        let message = match name.as_str() {
-            "period" => format!("a period has no unit: write `{written}`"),
-            _ => format!("unknown field `{name}`: write `{written}`"),
-        };
+    if let Some((written, range)) = rate(token) {
+        let message = format!("`Hz` is the unit of a rate: write `{written}`");
         return (message, Some(writing(range, written)));
     }
     let field = field_name(token);
@@ -371,21 +224,17 @@ pub(super) fn no_unit(in_field: bool) -> String {
     format!("numbers have no unit{of_activity}")
 }
 
-/// `period = 10 Hz`, `frequency = 10 Hz` → `rate = 10 Hz`. Returns the name of the field, the new text and the range of the
-/// field.
-fn rate(unit: &SyntaxToken) -> Option<(String, String, TextRange)> {
-    let is_rate = |name: &String| similar_field(name) == Some(ActivityField::Rate) || name == "period";
-    let name = field_name(unit).filter(|name| unit.text() == "Hz" && is_rate(name))?;
-    let field = unit.parent_ancestors().find(|node| node.kind() == SyntaxKind::FIELD)?;
-    let others = field.parent()?.children().filter(|it| it.kind() == SyntaxKind::FIELD && *it != field);
-    let says_period = |name: SyntaxNode| PERIODS.iter().any(|it| name.text() == it.keyword());
-    if others.take(MAX_NEIGHBOURS).filter_map(|it| it.first_child()).any(says_period) {
+/// `period = 10 Hz`, `frequency = 10 Hz` → `rate = 10 Hz`
+fn rate(unit: &SyntaxToken) -> Option<(String, TextRange)> {
+    let name = field_name(unit).filter(|_| unit.text() == "Hz")?;
+    if name != "period" && similar_field(&name) != Some(ActivityField::Rate) {
         return None;
     }
+    let field = unit.parent_ancestors().find(|node| node.kind() == SyntaxKind::FIELD)?;
     let number = previous_significant(unit)?;
     previous_significant(&number).filter(|it| it.kind() == SyntaxKind::EQ)?;
     let range = TextRange::new(field.text_range().start(), unit.text_range().end());
-    Some((name, format!("rate = {} Hz", number.text()), range))
+    Some((format!("rate = {} Hz", number.text()), range))
 }
 
 /// Returns the name of the field of an activity whose value contains `token`.
@@ -403,10 +252,9 @@ pub(super) fn without_unit(number: &str, unit: &str, field: Option<&str>) -> Opt
     ActivityField::from_keyword(field).filter(|it| field_entry(*it).kind.is_time())?;
     let milliseconds = match unit {
         "ms" => return Some(number.to_owned()),
-        "s" | "sec" => value * 1e3,
+        "s" => value * 1e3,
         "us" => value / 1e3,
         "ns" => value / 1e6,
-        "min" => value * 6e4,
         _ => return None,
     };
     let exact = (milliseconds * 1e6).round() / 1e6;
@@ -416,19 +264,18 @@ pub(super) fn without_unit(number: &str, unit: &str, field: Option<&str>) -> Opt
 
 // Declarations
 
-/// `int n` → `n: int`, for a variable `var n: int`.
+/// `int n` → `n: int`, for a variable `var n: int`. `auto` is no type.
 fn name_first(ty: &SyntaxToken) -> Option<(String, TextRange)> {
-    let name = next_significant(ty)?;
-    let declaration = ty.parent().and_then(|error| error.parent());
-    let keyword = declaration.map_or("", |node| {
-        let has = |keyword| significant_tokens(&node).any(|token| token.kind() == keyword);
-        match node.kind() {
-            SyntaxKind::VAR if !has(SyntaxKind::VAR_KW) => "var ",
-            SyntaxKind::INSTANCE if !has(SyntaxKind::INSTANCE_KW) => "instance ",
-            _ => "",
-        }
-    });
-    let written = format!("{keyword}{}: {}", name.text(), mauve_type(ty.text()));
+    let name = next_significant(ty).filter(|_| !matches!(ty.text(), "auto" | "let" | "const"))?;
+    let declaration = ty.parent()?.parent()?;
+    let is_first =
+        previous_significant(ty).is_none_or(|it| !declaration.text_range().contains_range(it.text_range()));
+    let keyword = match declaration.kind() {
+        SyntaxKind::VAR if is_first => "var ",
+        SyntaxKind::INSTANCE if is_first => "instance ",
+        _ => "",
+    };
+    let written = format!("{keyword}{}: {}", name.text(), ty.text());
     Some((written, ty.text_range().cover(name.text_range())))
 }
 
@@ -445,17 +292,16 @@ fn reference(first: &SyntaxToken) -> Option<(String, TextRange)> {
     let has_direction = previous_significant(word).is_some_and(|it| it.kind().is_word());
     let fits = word.text() == "const" && name.kind().is_word() && !ty.is_empty() && ty.iter().all(is_type);
     let ty: String = ty.iter().map(SyntaxToken::text).collect();
-    let written = format!("in {}: {}", name.text(), mauve_type(&ty));
+    let written = format!("in {}: {}", name.text(), ty);
     (fits && !has_direction).then(|| (written, error.text_range()))
 }
 
-/// Removes the commas between the items of a list.
+/// Removes the commas between the items of a list, if it has no other error.
 fn commas(first: &SyntaxToken) -> Option<Rewrite> {
-    let error = first.parent()?;
-    let errors = std::iter::successors(Some(error), SyntaxNode::next_sibling).take(MAX_NEIGHBOURS);
-    let commas = errors.filter_map(|error| {
-        let comma = error.first_token().filter(|it| it.kind() == SyntaxKind::COMMA)?;
-        (error.kind() == SyntaxKind::ERROR).then(|| (comma.text_range(), String::new()))
-    });
-    Some(("Remove the commas".to_owned(), commas.collect()))
+    let nodes = std::iter::successors(first.parent(), SyntaxNode::next_sibling).take(MAX_NEIGHBOURS);
+    let errors = nodes.filter(|it| it.kind() == SyntaxKind::ERROR).filter_map(|it| it.first_token());
+    let errors: Vec<SyntaxToken> = errors.collect();
+    let edits = errors.iter().map(|it| (it.text_range(), String::new())).collect();
+    let are_commas = errors.iter().all(|it| it.kind() == SyntaxKind::COMMA);
+    are_commas.then(|| ("Remove the commas".to_owned(), edits))
 }

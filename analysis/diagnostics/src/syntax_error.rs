@@ -151,11 +151,7 @@ fn missing(
         let (end, sign) = ty.or_else(|| missing_token(parse, error, expected, found))?;
         Some((TextRange::empty(end), sign))
     };
-    let rewrite = match single_equals(parse, error, found) {
-        Some(sign) => Some((sign, "==".to_owned())),
-        None => added(),
-    };
-    (message, rewrite.map(|(range, sign)| (format!("Write `{}`", sign.trim()), vec![(range, sign)])))
+    (message, added().map(|(range, sign)| (format!("Write `{}`", sign.trim()), vec![(range, sign)])))
 }
 
 /// Returns the type to insert behind the name of a variable or the parameters of a codel.
@@ -387,6 +383,9 @@ fn missing_token(
         _ if next.as_ref().is_some_and(|it| it.text().eq_ignore_ascii_case(sign)) => return None,
         // `vra n: int` lacks no sign: its first word is misspelt. So is that of `fi n > 0 then`.
         ";" | ":" if behind == Some(SyntaxKind::COLON) => return None,
+        "." if behind == Some(SyntaxKind::DOT) => return None,
+        // The word begins no statement.
+        ";" if is_next(SyntaxKind::IDENT) && !matches!(behind, Some(SyntaxKind::EQ | SyntaxKind::L_PAREN)) => return None,
         ";" if is_next(SyntaxKind::THEN_KW) => return None,
         "=" if behind == Some(SyntaxKind::EQ) => return None,
         "to" if behind == Some(SyntaxKind::L_PAREN) => return None,
@@ -438,14 +437,6 @@ fn is_in_list(comma: &SyntaxToken) -> bool {
     let is_in_number = previous_token(comma).is_some_and(|it| is_digits(&it))
         && mauve_syntax::next_token(comma).is_some_and(|it| is_digits(&it));
     !is_in_number && comma.parent_ancestors().any(|node| lists.contains(&node.kind()))
-}
-
-/// Returns the `=` in a condition, to replace by `==`.
-fn single_equals(parse: &Parse, error: &SyntaxError, found: Option<SyntaxKind>) -> Option<TextRange> {
-    let sign = token_at(&parse.syntax(), error.range.start()).filter(|_| found == Some(SyntaxKind::EQ))?;
-    let ends = [SyntaxKind::IF_KW, SyntaxKind::SEMICOLON, SyntaxKind::L_CURLY, SyntaxKind::R_CURLY];
-    let end = tokens_before(&sign).find(|token| ends.contains(&token.kind()))?;
-    (sign.kind() == SyntaxKind::EQ && end.kind() == SyntaxKind::IF_KW).then(|| sign.text_range())
 }
 
 /// The maximum number of tokens that a search for a fix visits.

@@ -33,11 +33,14 @@ pub(super) fn report<'db>(
     }
     let near = similar_callee(scope, name, arguments);
     let found = diagnostic.look_elsewhere(scope, (Kind::Codel, std::slice::from_ref(name)), near);
-    match foreign_syntax::function(name) {
-        Some((message, written)) if found.fixes.is_empty() => {
-            Diagnostic::new(&UNRESOLVED_CODEL, at, message).writing(written)
-        }
-        _ => found,
+    let (message, written) = match name.as_str() {
+        "not" => ("MAUVE writes `!` instead of `not`", Some("!")),
+        "publish" => ("MAUVE writes `write(PORT, VALUE)` to send a value to an output port", None),
+        _ => return found,
+    };
+    match found.fixes.is_empty() {
+        true => Diagnostic::new(&UNRESOLVED_CODEL, at, message).writing(written),
+        false => found,
     }
 }
 

@@ -21,13 +21,14 @@
 
 use super::*;
 use mauve_hir::{Builtin, Operand};
+use mauve_syntax::keywords::LITERALS;
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
-    if let Some((message, written)) = foreign_syntax::value(name) {
-        return Diagnostic::new(&UNRESOLVED_VARIABLE, at, message).writing(written);
-    }
+    // `True`, and `NewData` of Orocos.
+    let letters = |name: &str| name.replace('_', "").to_lowercase();
+    let literal = LITERALS.into_iter().find(|it| letters(it) == letters(name));
     let message = format!("no variable or property `{name}`");
-    Diagnostic::new(&UNRESOLVED_VARIABLE, at, message).did_you_mean(near)
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at, message).did_you_mean(literal.map(Name::from).or(near))
 }
 
 /// Reports the first argument of `read`, `send` or `collect`.

@@ -15,10 +15,13 @@ use super::*;
 pub(super) fn architecture_item(p: &mut Parser<'_>) {
     match p.current() {
         IMPORT_KW => node(p, IMPORT, |p| type_(p, Expected::ArchitectureName)),
-        INSTANCE_KW => instance(p),
-        CONNECTION_KW if foreign::opt_connection_operation(p) => {}
-        CONNECTION_KW => connection(p),
-        OPERATION_KW => node(p, OPERATION_CONNECTION, operation_rest),
+        INSTANCE_KW => node(p, INSTANCE, instance_rest),
+        CONNECTION_KW => node(p, CONNECTION, connection_rest),
+        OPERATION_KW => node(p, OPERATION_CONNECTION, |p| {
+            endpoint(p);
+            expect_or_foreign(p, ARROW);
+            endpoint(p);
+        }),
         PROPERTY_KW | CONSTANT_KW => setting(p),
         _ if foreign::opt_architecture_item(p) => {}
         _ => unknown(p, ARCHITECTURE),
@@ -34,42 +37,18 @@ pub(super) fn architecture_item(p: &mut Parser<'_>) {
 //   property y.z =
 //   instance good: Laser
 // }
-fn instance(p: &mut Parser<'_>) {
-    node(p, INSTANCE, instance_rest);
-}
-
 pub(super) fn instance_rest(p: &mut Parser<'_>) {
     if opt_type_before_name(p) {
         return;
     }
     name(p);
-    let has_equals = p.at(EQ) && p.nth(1).is_word() && !p.nth_begins_line(1);
-    if has_equals {
-        p.foreign(Foreign::Spelling { tokens: 1, written: ":" });
-        p.drop_tokens(1);
-    }
-    if has_equals || expect_or_foreign(p, COLON) || p.at_name() && !p.begins_line() && !p.at_own_item() {
+    if expect_or_foreign(p, COLON) || p.at_name() && !p.begins_line() && !p.at_own_item() {
         type_(p, Expected::ComponentName);
-        foreign::opt_instance_values(p);
     }
-}
-
-fn connection(p: &mut Parser<'_>) {
-    node(p, CONNECTION, connection_rest);
 }
 
 pub(super) fn connection_rest(p: &mut Parser<'_>) {
     endpoint(p);
-    connection_target(p);
-}
-
-pub(super) fn operation_rest(p: &mut Parser<'_>) {
-    endpoint(p);
-    expect_or_foreign(p, ARROW);
-    endpoint(p);
-}
-
-pub(super) fn connection_target(p: &mut Parser<'_>) {
     expect_or_foreign(p, ARROW);
     if p.at(L_BRACK) {
         node(p, BUFFER, |p| {
@@ -78,20 +57,21 @@ pub(super) fn connection_target(p: &mut Parser<'_>) {
         });
     }
     endpoint(p);
-    foreign::opt_second_reader(p);
 }
 
 pub(super) fn setting(p: &mut Parser<'_>) {
-    node(p, SETTING, |p| {
-        endpoint(p);
-        if p.expect(EQ) {
-            expression(p);
-        }
-    });
+    node(p, SETTING, setting_rest);
+}
+
+pub(super) fn setting_rest(p: &mut Parser<'_>) {
+    endpoint(p);
+    if p.expect(EQ) {
+        expression(p);
+    }
 }
 
 /// `instance.feature`
-pub(super) fn endpoint(p: &mut Parser<'_>) {
+fn endpoint(p: &mut Parser<'_>) {
     if !p.at_name() {
         p.missing(Expected::InstanceName);
         return;

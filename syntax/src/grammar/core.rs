@@ -1,7 +1,6 @@
 //! `core C(S) { … }`: the behaviour of a component, and the state machines in it.
 
 use super::*;
-use crate::foreign::{Foreign, ForeignWord};
 
 // test core
 // core PilotCore(PilotShell): {
@@ -17,11 +16,12 @@ use crate::foreign::{Foreign, ForeignWord};
 pub(super) fn core(p: &mut Parser<'_>) {
     node(p, CORE, |p| {
         name(p);
-        if !foreign::opt_core_header(p) {
-            p.expect(L_PAREN);
+        if p.expect(L_PAREN) {
             type_(p, Expected::ShellName);
             p.expect(R_PAREN);
             p.eat(COLON);
+        } else {
+            p.drop_until(|p| p.at(L_CURLY) || p.begins_line());
         }
         list(p, CORE);
     });
@@ -34,7 +34,7 @@ pub(super) fn core_item(p: &mut Parser<'_>) {
         PROVIDE_KW => operation_definition(p),
         CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => program(p, HOOK),
         STATEMACHINE_KW => node(p, STATE_MACHINE, |p| list(p, STATE_MACHINE)),
-        _ if foreign::opt_state_machine(p) || foreign::opt_core_item(p) => {}
+        _ if foreign::opt_declaration(p) => {}
         _ => unknown(p, CORE),
     }
 }
@@ -71,7 +71,8 @@ fn operation_definition(p: &mut Parser<'_>) {
 /// `keyword = { … }`
 fn program(p: &mut Parser<'_>, kind: SyntaxKind) {
     node(p, kind, |p| {
-        let _ = foreign::opt_program_parentheses(p) || expect_or_foreign(p, EQ);
+        foreign::opt_superfluous(p, EQ);
+        expect_or_foreign(p, EQ);
         block(p);
     });
 }
@@ -92,7 +93,7 @@ pub(super) fn state_machine_item(p: &mut Parser<'_>) {
     match p.current() {
         VAR_KW => variable(p),
         INITIAL_KW | STATE_KW => state(p),
-        _ if foreign::opt_core_item(p) => {}
+        _ if foreign::opt_declaration(p) => {}
         _ => unknown(p, STATE_MACHINE),
     }
 }
@@ -104,7 +105,7 @@ fn state(p: &mut Parser<'_>) {
         p.missing(Expected::Token(STATE_KW));
     } else if p.expect(STATE_KW) || p.at(IDENT) && p.nth(1) == L_CURLY {
         if p.at(INITIAL_KW) && p.nth(1).is_word() && !p.begins_line() {
-            p.foreign(Foreign::InitialLast);
+            p.missing(Expected::Name);
             p.bump();
         }
         name(p);
@@ -134,12 +135,12 @@ pub(super) fn state_item(p: &mut Parser<'_>) {
 // }
 fn transition(p: &mut Parser<'_>) {
     node(p, TRANSITION, |p| {
-        match at_nameless(p) {
-            true => p.foreign(Foreign::UnnamedTransition),
+        // `transition to There` lacks its name, but `to` is the name in `transition to to There`.
+        let is_name = matches!(p.nth(1), IF_KW | TO_KW | ARROW) || p.nth_begins_line(1);
+        let is_keyword = matches!(p.current(), IF_KW | TO_KW) || p.nth_is_instead_of(0, IF_KW);
+        match is_keyword && !is_name {
+            true => p.missing(Expected::Name),
             false => name(p),
-        }
-        if foreign::opt_transition_form(p) {
-            return;
         }
         opt_guard(p);
         let to_state = expect_or_foreign(p, TO_KW) || p.at(IDENT) && !p.begins_line();
@@ -156,33 +157,17 @@ fn transition(p: &mut Parser<'_>) {
     });
 }
 
-/// Returns whether the guard or the target is at the position of the name.
-fn at_nameless(p: &Parser<'_>) -> bool {
-    let is_guard = p.nth_is_foreign(0, ForeignWord::Guard);
-    match p.nth(1) {
-        IF_KW | TO_KW => false,
-        _ if p.nth_begins_line(1) => false,
-        ARROW => false,
-        next => {
-            p.at(ARROW) || p.at(IF_KW) || p.at(TO_KW) && next.is_word() || is_guard && !matches!(next, EQ)
-        }
-    }
-}
-
 fn opt_guard(p: &mut Parser<'_>) {
-    let is_foreign = !p.begins_line() && p.nth_is_foreign(0, ForeignWord::Guard) && p.nth(1) != TO_KW;
-    if is_foreign {
-        let m = p.start();
-        p.foreign(Foreign::Spelling { tokens: 1, written: "if" });
-        p.bump_as(IF_KW);
-        expression::condition(p);
-        m.complete(p, GUARD);
-    } else if p.at(IF_KW) {
-        node(p, GUARD, expression::condition);
-    } else if p.at(L_PAREN) && !p.begins_line() {
-        let m = p.start();
-        p.missing(Expected::Token(IF_KW));
-        expression::condition(p);
-        m.complete(p, GUARD);
+    let is_foreign = p.nth_is_instead_of(0, IF_KW) && p.nth(1) != TO_KW;
+    if !p.at(IF_KW) && (p.begins_line() || !p.at(L_PAREN) && !is_foreign) {
+        return;
     }
+    let m = p.start();
+    match p.current() {
+        L_PAREN => p.missing(Expected::Token(IF_KW)),
+        IDENT => foreign::take_as(p, 1, IF_KW),
+        _ => p.bump(),
+    }
+    expression::condition(p);
+    m.complete(p, GUARD);
 }

@@ -1,7 +1,6 @@
 //! `deployment D { … }`: an activity for each instance, and values.
 
 use super::*;
-use crate::foreign::Foreign;
 
 // test deployment
 // deployment D {
@@ -13,25 +12,19 @@ use crate::foreign::Foreign;
 // }
 pub(super) fn deployment_item(p: &mut Parser<'_>) {
     match p.current() {
-        ARCHITECTURE_KW => node(p, TARGET, |p| {
-            if matches!(p.current(), EQ | COLON) && p.nth(1).is_word() {
-                p.foreign(Foreign::Superfluous { tokens: 1 });
-                p.drop_tokens(1);
-            }
-            type_(p, Expected::ArchitectureName);
-        }),
+        ARCHITECTURE_KW => node(p, TARGET, |p| type_(p, Expected::ArchitectureName)),
         ACTIVITY_KW => node(p, ACTIVITY, activity_rest),
         PROPERTY_KW | CONSTANT_KW => architecture::setting(p),
-        _ if foreign::opt_deployment_item(p) => {}
+        IDENT if p.nth(1) == L_CURLY && p.nth(2).is_word() => {
+            foreign::without_keyword(p, "activity", ACTIVITY, activity_rest);
+        }
         _ => unknown(p, DEPLOYMENT),
     }
 }
 
-pub(super) fn activity_rest(p: &mut Parser<'_>) {
+fn activity_rest(p: &mut Parser<'_>) {
     name_ref(p, Expected::InstanceName);
-    if !foreign::opt_activity_body(p) {
-        list(p, ACTIVITY);
-    }
+    list(p, ACTIVITY);
 }
 
 // test_err activity_half_typed
@@ -79,7 +72,7 @@ pub(super) fn field(p: &mut Parser<'_>) {
         p.missing(Expected::Expression);
     } else if has_value && at_list(p) {
         value_list(p);
-    } else if has_value && !foreign::opt_cpu_list(p) {
+    } else if has_value {
         p.may_have_hertz = is_rate;
         expression(p);
         p.may_have_hertz = false;

@@ -63,9 +63,8 @@ const COMPARISON: u8 = 4;
 fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> {
     let (mut lhs, mut height) = operand(p)?;
     loop {
-        lhs = foreign::opt_ternary(p, lhs);
         let other = foreign::operator(p);
-        let strength = strength(other.as_ref().map_or(p.current(), |other| other.kind));
+        let strength = strength(other.map_or(p.current(), |(kind, _)| kind));
         if strength == 0 || strength < weakest {
             return Some((lhs, height));
         }
@@ -80,7 +79,7 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
         }
         let m = lhs.precede(p);
         match other {
-            Some(other) => other.take(p),
+            Some((kind, tokens)) => foreign::take_as(p, tokens, kind),
             None => p.bump(),
         }
         p.depth += 1;
@@ -95,11 +94,9 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
 }
 
 fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
-    let is_fraction = p.at(DOT) && p.nth(1) == INT_NUMBER;
-    if !(starts_expression(p.current()) || is_fraction) || p.at_item() {
+    if !starts_expression(p.current()) || p.at_item() {
         return None;
     }
-    foreign::opt_cast(p);
     let m = p.start();
     if p.depth >= DEEPEST && !(p.current().is_word() && p.nth(1) != L_PAREN) && !is_literal(p.current()) {
         p.too_deep(ends_expression);
@@ -110,7 +107,7 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
         kind if matches!(kind, BANG | MINUS) || foreign::at_not(p) => {
             match kind {
                 BANG | MINUS => p.bump(),
-                _ => foreign::not(p),
+                _ => foreign::take_as(p, 1, BANG),
             }
             let inner = operand(p);
             let height = height_of(p, inner);
@@ -126,12 +123,8 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
         kind if is_literal(kind) => {
             p.bump();
             if matches!(kind, INT_NUMBER | FLOAT_NUMBER) {
-                foreign::opt_behind_number(p);
+                foreign::opt_unit(p);
             }
-            (m.complete(p, LITERAL), 1)
-        }
-        DOT => {
-            foreign::point(p);
             (m.complete(p, LITERAL), 1)
         }
         _ => {
@@ -191,7 +184,7 @@ fn opt_access(p: &mut Parser<'_>) {
 }
 
 /// Returns whether the rest of an expression that is too deep ends here.
-pub(super) fn ends_expression(p: &Parser<'_>) -> bool {
+fn ends_expression(p: &Parser<'_>) -> bool {
     matches!(p.current(), SEMICOLON | COMMA | R_PAREN | R_BRACK | R_CURLY | THEN_KW | TO_KW)
         || p.at_item()
         || p.at_outer_item()

@@ -14,10 +14,13 @@ use super::*;
 pub(super) fn shell(p: &mut Parser<'_>) {
     node(p, SHELL, |p| {
         name(p);
-        foreign::opt_parentheses(p);
-        if p.at(EXTENDS_KW) || foreign::at_colon_before_shell(p) {
+        let has_colon = p.at(COLON) && p.nth(1).is_word() && !p.begins_line();
+        if p.at(EXTENDS_KW) || has_colon {
             let m = p.start();
-            foreign::extends(p);
+            match has_colon {
+                true => foreign::take_as(p, 1, EXTENDS_KW),
+                false => p.bump(),
+            }
             type_(p, Expected::ShellName);
             while p.eat(COMMA) {
                 type_(p, Expected::ShellName);
@@ -38,7 +41,7 @@ pub(super) fn shell_item(p: &mut Parser<'_>) {
             })
         }
         REQUIRE_KW | PROVIDE_KW => signature(p, OPERATION_DECLARATION),
-        _ if foreign::opt_shell_item(p) => {}
+        _ if foreign::opt_port(p) => {}
         _ => unknown(p, SHELL),
     }
 }
@@ -49,15 +52,13 @@ pub(super) fn shell_item(p: &mut Parser<'_>) {
 //   property b: int
 // }
 fn property(p: &mut Parser<'_>) {
-    node(p, PROPERTY, property_rest);
-}
-
-pub(super) fn property_rest(p: &mut Parser<'_>) {
-    declared_type(p);
-    if !foreign::opt_interval(p) && p.at(L_BRACK) {
-        interval(p);
-    }
-    opt_initializer(p);
+    node(p, PROPERTY, |p| {
+        declared_type(p);
+        if p.at(L_BRACK) {
+            interval(p);
+        }
+        opt_initializer(p);
+    });
 }
 
 fn interval(p: &mut Parser<'_>) {

@@ -1,7 +1,7 @@
 //! `{ … }`: programs, and the statements in them.
 
 use super::*;
-use crate::foreign::{Foreign, ForeignWord};
+use crate::foreign::Foreign;
 use crate::parser::Checkpoint;
 
 // test block
@@ -36,7 +36,7 @@ pub(super) fn statement(p: &mut Parser<'_>) {
     match p.current() {
         _ if foreign::opt_statement(p) => {}
         VAR_KW if next.is_word() && (p.nth(2) == COLON || !p.nth_begins_line(1)) => core::variable(p),
-        IF_KW if next != EQ => if_(p, true),
+        IF_KW if next != EQ => if_(p),
         RETURN_KW if next != EQ => return_(p),
         L_CURLY => {
             let m = p.start();
@@ -46,10 +46,19 @@ pub(super) fn statement(p: &mut Parser<'_>) {
         kind if kind.is_word() && next == EQ => assignment(p),
         kind if starts_expression(kind) => {
             let before = p.checkpoint();
+            let form = foreign::section(p);
             let m = p.start();
             expression(p);
-            if !end_of_statement(p, &before) {
-                m.complete(p, EXPR_STATEMENT);
+            let is_call = p.at(SEMICOLON) || p.begins_line() && !p.at(L_CURLY);
+            match form.filter(|_| !is_call || p.has_failed_since(&before)) {
+                Some(form) => {
+                    p.rewind(&before);
+                    foreign::take_section(p, form);
+                }
+                None => {
+                    end_of_statement(p, &before);
+                    m.complete(p, EXPR_STATEMENT);
+                }
             }
         }
         _ => unknown(p, BLOCK),
@@ -67,29 +76,19 @@ pub(super) fn statement(p: &mut Parser<'_>) {
 //   y = (3 + ;
 //   z = 1;
 // } }
-/// Takes the `;` of a statement. An error before it is one mistake with all text before the `;`. Returns whether the
-/// text was not a statement: then its tokens are in other nodes.
-fn end_of_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
-    let has_failed = p.has_failed_since(before);
-    if p.at(SEMICOLON) && !has_failed && !foreign::is_decrement(p, before) {
-        p.bump();
-        return false;
-    }
-    if (has_failed || !p.begins_line() || p.at(L_CURLY)) && foreign::opt_whole_statement(p, before) {
-        return true;
-    }
+/// Takes the `;` of a statement. An error before it is one mistake with all text before the `;`.
+fn end_of_statement(p: &mut Parser<'_>, before: &Checkpoint) {
     if p.eat(SEMICOLON) {
-        return false;
+        return;
     }
-    if !has_failed {
+    if !p.has_failed_since(before) {
         p.missing(Expected::Token(SEMICOLON));
         let next = matches!(p.nth(1), EQ | L_PAREN) && p.current().is_word();
         if next || matches!(p.current(), IF_KW | RETURN_KW | VAR_KW) {
-            return false;
+            return;
         }
     }
     p.drop_until(foreign::ends_statement);
-    false
 }
 
 pub(super) fn starts_expression(kind: SyntaxKind) -> bool {
@@ -116,34 +115,33 @@ pub(super) fn starts_expression(kind: SyntaxKind) -> bool {
 //   z = 3;
 //   if b { g(); } else { }
 // } }
-fn if_(p: &mut Parser<'_>, needs_braces: bool) {
+fn if_(p: &mut Parser<'_>) {
     let m = p.start();
     if p.depth >= DEEPEST {
-        too_deep(p);
+        p.too_deep(|p| p.at(R_CURLY) || p.previous() == R_CURLY && !p.at(ELSE_KW) && !at_foreign_else(p));
         m.complete(p, IF_STATEMENT);
         return;
     }
-    p.bump();
-    if_rest(p, needs_braces);
+    p.eat(IF_KW);
+    if_rest(p);
     m.complete(p, IF_STATEMENT);
 }
 
 // test_err branches_of_other_languages
 // core C(S) { update = {
-//   if a then { f(); } elif b { g(); } else { h(); }
+//   if a then { f(); } elif (b) then { g(); } else { h(); }
 //   if a then f(); else g();
 //   if (a) f();
-//   if a then begin f(); end
+//   else { g(); }
+//   if a then { f(); } else g();
 //   if a { f(); }
 //   h();
 // } }
-/// Takes the condition and the branches of an `if`. Without `needs_braces`, branches without braces were already
-/// reported.
-pub(super) fn if_rest(p: &mut Parser<'_>, needs_braces: bool) {
+/// Takes the condition and the branches of an `if`.
+fn if_rest(p: &mut Parser<'_>) {
     expression::condition(p);
     // A missing `then` is one mistake: the block is present.
-    let has_then = p.eat(THEN_KW) || foreign::opt_instead_of(p, THEN_KW);
-    if !has_then && (p.at(L_CURLY) || !at_branch(p)) {
+    if !p.eat(THEN_KW) && !at_branch(p) {
         p.missing(Expected::Token(THEN_KW));
         if p.at(COLON) && !p.begins_line() {
             p.drop_tokens(1);
@@ -152,79 +150,46 @@ pub(super) fn if_rest(p: &mut Parser<'_>, needs_braces: bool) {
             return;
         }
     }
-    let has_braces = p.at(L_CURLY) || !at_branch(p);
-    match has_braces {
-        true => block(p),
-        false => unbraced(p, needs_braces),
+    if at_branch(p) {
+        foreign::take_section(p, Foreign::Braces);
+        return;
     }
-    if p.at(ELSE_KW) && !matches!(p.nth(1), EQ | L_PAREN) {
-        else_(p, needs_braces && has_braces);
-    } else if at_foreign_else(p) {
-        let m = p.start();
-        p.foreign(Foreign::Spelling { tokens: 1, written: "else if" });
-        p.bump_as(ELSE_KW);
-        p.depth += 1;
-        let nested = p.start();
-        match p.depth >= DEEPEST {
-            true => too_deep(p),
-            false => if_rest(p, needs_braces && has_braces),
-        }
-        nested.complete(p, IF_STATEMENT);
-        p.depth -= 1;
-        m.complete(p, ELSE);
+    block(p);
+    let is_foreign = at_foreign_else(p);
+    if is_foreign || p.at(ELSE_KW) && !matches!(p.nth(1), EQ | L_PAREN) {
+        else_(p, is_foreign);
     }
 }
 
 /// Returns whether this is `elif`.
 fn at_foreign_else(p: &Parser<'_>) -> bool {
-    p.nth_is_foreign(0, ForeignWord::ElseIf) && !matches!(p.nth(1), EQ | L_PAREN | SEMICOLON)
-}
-
-fn too_deep(p: &mut Parser<'_>) {
-    p.too_deep(|p| p.at(R_CURLY) || p.previous() == R_CURLY && !p.at(ELSE_KW) && !at_foreign_else(p));
+    p.nth_is_instead_of(0, ELSE_KW) && !matches!(p.nth(1), EQ | SEMICOLON)
 }
 
 /// Returns whether the branch of an `if` begins here, on its line, without braces.
 fn at_branch(p: &Parser<'_>) -> bool {
-    let is_statement =
-        matches!(p.nth(1), EQ | L_PAREN) || p.at(RETURN_KW) || p.nth_is_foreign(0, ForeignWord::Brace);
+    let is_statement = matches!(p.nth(1), EQ | L_PAREN) || p.at(RETURN_KW);
     !p.begins_line() && p.current().is_word() && is_statement
 }
 
-/// Takes a branch without braces: one statement, and optionally the word that closes it.
-fn unbraced(p: &mut Parser<'_>, needs_braces: bool) {
-    if needs_braces {
-        p.foreign(Foreign::Braces);
-    }
+/// Takes `else` and its branch. With `has_if`, the word replaces `else if`.
+fn else_(p: &mut Parser<'_>, has_if: bool) {
     let m = p.start();
-    p.depth += 1;
-    p.enter(BLOCK);
-    if foreign::at_brace(p) {
-        p.drop_tokens(1);
+    match has_if {
+        true => foreign::take_as(p, 1, ELSE_KW),
+        false => p.bump(),
     }
-    if !p.at_end() && !p.at(R_CURLY) && !p.at_outer_item() {
-        statement(p);
-    }
-    if foreign::at_brace(p) {
-        p.drop_tokens(1 + usize::from(p.nth(1) == SEMICOLON));
-    }
-    p.leave();
-    p.depth -= 1;
-    m.complete(p, BLOCK);
-}
-
-/// Takes `else` and its branch.
-fn else_(p: &mut Parser<'_>, needs_braces: bool) {
-    node(p, ELSE, |p| match p.current() {
-        IF_KW => {
+    match p.current() {
+        _ if has_if || p.at(IF_KW) => {
             p.depth += 1;
-            if_(p, needs_braces);
+            if_(p);
             p.depth -= 1;
         }
         L_CURLY => block(p),
-        _ if at_branch(p) => unbraced(p, needs_braces),
+        _ if at_branch(p) => foreign::take_section(p, Foreign::Braces),
         _ => p.missing(Expected::BlockOrIf),
-    });
+    }
+    m.complete(p, ELSE);
 }
 
 fn return_(p: &mut Parser<'_>) {
@@ -234,9 +199,8 @@ fn return_(p: &mut Parser<'_>) {
     if !p.at(SEMICOLON) && starts_expression(p.current()) && !p.at_item() {
         expression(p);
     }
-    if !end_of_statement(p, &before) {
-        m.complete(p, RETURN_STATEMENT);
-    }
+    end_of_statement(p, &before);
+    m.complete(p, RETURN_STATEMENT);
 }
 
 fn assignment(p: &mut Parser<'_>) {
@@ -246,7 +210,6 @@ fn assignment(p: &mut Parser<'_>) {
     any_word(p, NAME_REF);
     p.bump();
     expression(p);
-    if !end_of_statement(p, &before) {
-        m.complete(p, ASSIGN_STATEMENT);
-    }
+    end_of_statement(p, &before);
+    m.complete(p, ASSIGN_STATEMENT);
 }
