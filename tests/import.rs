@@ -144,6 +144,10 @@ fn orocos_callbacks_that_were_recorded_are_a_project() {
     // The timer's are not recorded.
     assert_eq!(eye["response_is_lower_bound"], true);
 
+    // Its functions cannot be executed alone.
+    let pwcet = mauve(BINARY, &folder, &["pwcet", "robot/recorded.samples"]);
+    assert!(pwcet.has("mauve import RECORDING -o DIR") && !pwcet.has("mauve measure"), "{pwcet:?}");
+
     // What is edited is kept, and the same executions are not counted twice.
     let model = folder.join("robot/system.mal");
     let edited = std::fs::read_to_string(&model).unwrap().replace("period = 20", "period = 25");

@@ -439,7 +439,7 @@ fn wcrt_as_csv_and_explained() {
 #[test]
 fn what_is_assumed_is_shown_wherever_it_is_used() {
     for (arguments, shown) in [
-        (&["check"][..], "  front: assumes 5 ms for work\n"),
+        (&["check"][..], "  front and back: assumed 5 ms for work\n"),
         (&["wcrt", "--explain", "front"], "- update 5 ms: work 5 ms (assumed)\n"),
         (&["wcrt", "--format", "json"], "\"codel\": \"work\""),
         (&["wcrt", "--format", "csv"], "met,work,"),

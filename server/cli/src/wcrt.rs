@@ -516,10 +516,10 @@ fn has_inverted_priorities(report: &Report<'_>) -> bool {
     deadlines.len() >= 3 && all.windows(2).all(rises)
 }
 
-/// `assumes 5 ms for robot.plan`.
+/// `assumed 5 ms for robot.plan`.
 fn assumptions(assumed: &[(String, Time)]) -> String {
     let each: Vec<String> = assumed.iter().map(|(codel, time)| format!("{time} for {codel}")).collect();
-    format!("assumes {}", each.join(", "))
+    format!("assumed {}", each.join(", "))
 }
 
 /// A row for each activity: WCET is the greatest execution time of one job. The response time of the first job has a

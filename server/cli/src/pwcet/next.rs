@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_pwcet::counted_from;
 use mauve_pwcet::samples::{SampledExecution, Samples, SeriesId, is_alone};
-use mauve_pwcet::trace::SpanKind;
+use mauve_pwcet::trace::{ROS2_LIBRARY, SpanKind};
 use mauve_timing::Level;
 
 use super::estimates::{Estimates, MeasuredEntry};
@@ -51,6 +51,13 @@ pub(super) fn next(estimates: &Estimates, samples: &[PathBuf], files: &mut [Samp
                 robot = robot.max(Some((seconds.unwrap_or(0), &it.name)));
             }
         }
+    }
+    let is_of_ros2 = |key: &str| key.split_once('.').is_some_and(|(library, _)| library == ROS2_LIBRARY);
+    if (robot.is_some() || !alone.is_empty())
+        && estimates.measurements.iter().all(|it| is_of_ros2(&it.measurement.key))
+    {
+        let text = "Record the system for longer, and add its executions:\n  mauve import RECORDING -o DIR\n";
+        return format!("\nNext:\n{text}");
     }
     let project = estimates.budgets.as_ref();
     let mut out = String::new();
