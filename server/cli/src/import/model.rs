@@ -26,12 +26,18 @@ pub(super) fn files(system: &System<'_>) -> Vec<(&'static str, String)> {
         ("timing.toml", times(system)),
         ("README.md", about(system)),
     ];
-    files.extend(Some((THREADS, threads::written(&threads))).filter(|_| !threads.is_empty()));
+    let written = threads::written(&threads, cpus(system));
+    files.extend(Some((THREADS, written)).filter(|_| !threads.is_empty()));
     files
 }
 
+/// Returns the number of CPUs.
+fn cpus(system: &System<'_>) -> u32 {
+    system.graph.last_cpu.max(system.threads.last_cpu()).map_or(1, |it| it.min(127) + 1)
+}
+
 fn configuration(system: &System<'_>, threads: &[String]) -> String {
-    let cpus = system.graph.last_cpu.max(system.threads.last_cpu()).map_or(1, |it| it.min(127) + 1);
+    let cpus = cpus(system);
     let paths: toml_edit::Array = threads.iter().map(String::as_str).collect();
     let threads = if threads.is_empty() { String::new() } else { format!("threads = {paths}\n") };
     format!(
@@ -44,8 +50,8 @@ root = "system.mal"
 tables = ["timing.toml"]
 observed = ["{OBSERVED}"]
 
-# Callbacks began on these.
 [platform]
+# Callbacks began on these.
 cpus = {cpus}
 {threads}
 # What the topics carry: a recording does not say it.
@@ -61,7 +67,8 @@ fn about(system: &System<'_>) -> String {
     for line in unknown::lines(system) {
         let _ = writeln!(text, "- {line}");
     }
-    text + "\n`system.mal` says each assumption at its activity. Another `mauve import` adds executions, and keeps these files.\n"
+    text + "\n`system.mal` has two deployments, or one of them: `Recorded` has the priorities of the recording, `Isolated` a thread for each \
+            callback group. It says each assumption at its activity. Another `mauve import` adds executions, and keeps these files.\n"
 }
 
 fn times(system: &System<'_>) -> String {

@@ -112,15 +112,17 @@ fn sorted(id: &GroupId) -> Option<GroupId> {
     GroupId::sorted(id.node(), id.callbacks())
 }
 
-/// Returns a file with these threads and their priorities.
-pub(super) fn written(threads: &BTreeMap<String, u32>) -> String {
+/// Returns a file with these threads and their priorities. Each has one CPU, which has others only if there are more threads than CPUs.
+pub(super) fn written(threads: &BTreeMap<String, u32>, cpus: u32) -> String {
     let mut text = "# A thread for each callback group that was executed, for the callback-isolated executor of ROS 2. The order in an id is that\n\
                     # of Agnocast's; the prerun of another executor says how it writes them. The shorter the deadlines of a group, the higher\n\
-                    # its priority: `mauve tune` searches for better priorities, and for CPUs.\ncallback_groups:\n"
+                    # its priority; each has one CPU. `mauve tune` searches for better priorities and CPUs.\ncallback_groups:\n"
         .to_owned();
-    for (id, priority) in threads {
-        let _ =
-            write!(text, "  - id: {id}\n    policy: SCHED_FIFO\n    priority: {priority}\n    affinity: ~\n");
+    for ((id, priority), cpu) in threads.iter().zip((0..cpus).cycle()) {
+        let _ = write!(
+            text,
+            "  - id: {id}\n    policy: SCHED_FIFO\n    priority: {priority}\n    affinity: [{cpu}]\n"
+        );
     }
     text + "non_ros_threads: []\n"
 }
@@ -201,5 +203,14 @@ mod tests {
         let two = self::graph(&[timer(Some(0)), timer(Some(1)), topic("/a", Some(1))]);
         assert_eq!(ids(&two, Some(&file("/eye@Timer(1000)"))), ["/eye@Timer(1000)", "-", "-"]);
         assert_eq!(ids(&graph, Some(&file("/eye/*"))), ["/eye@Timer(1000)", "/eye@Subscription(/a)"]);
+    }
+
+    #[test]
+    fn each_thread_of_a_new_file_has_a_cpu() {
+        let threads = ["/a@Timer(1)", "/b@Timer(2)", "/c@Timer(3)"].map(|id| (id.to_owned(), 9));
+        let file = read_threads(&written(&threads.into(), 2));
+        assert!(file.problems.is_empty(), "{:?}", file.problems);
+        let cpus = file.groups.iter().filter_map(|it| it.affinity.known()?.iter().next());
+        assert_eq!(cpus.collect::<Vec<_>>(), [0, 1, 0]);
     }
 }

@@ -27,13 +27,18 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
         system.executed().filter(|(_, it, _)| is_counted(&it.release, it.priority)).count()
     };
     let background = count(&|_, priority| priority.unwrap_or(0) == 0);
-    if background > 0 {
-        lines.push(format!(
-            "{} without a known real-time priority: `background` in the project, which has no bound; `mauve tune` searches for \
-             priorities",
-            counted(background, "callback"),
-        ));
-    }
+    let of_file = system.threads.file.as_ref().map(|_| format!("in {}", system.threads.path));
+    lines.extend(match background {
+        0 => None,
+        all if all == system.executed().count() => Some(format!(
+            "no callback has a known real-time priority. Those of `Isolated` are {}",
+            of_file.as_deref().unwrap_or("by the deadlines: `mauve tune` searches for better ones")
+        )),
+        some => Some(format!(
+            "{} without a known real-time priority: in the background in `Recorded`, where they have no bound",
+            counted(some, "callback")
+        )),
+    });
     let without = system.executed().filter(|(_, it, _)| system.threads.id(graph, it).is_none());
     let without: Vec<&str> = without.map(|(_, it, _)| it.name.as_str()).collect();
     if system.threads.file.is_some() && !without.is_empty() {
