@@ -1077,21 +1077,23 @@ impl<'db> SystemReader<'db> {
     fn below_undeclared(&mut self) {
         let others = others_of(self.db, self.project.workspace(self.db), self.found.cpus);
         let threads = self.undeclared(&others);
-        let mut facts: Vec<TimingFact<'db>> = Vec::new();
+        let mut are_delaying = vec![false; threads.len()];
         for activity in self.found.activities.iter_mut().filter(|it| it.gateway.is_none()) {
             let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
             let own = activity.priority;
-            let is_delayed = |it: &&Undeclared<'db>| {
+            let is_delayed = |it: &Undeclared<'db>| {
                 let is_below = own.real_time().is_none_or(|own| it.priority.is_none_or(|of| own <= of));
                 is_below && own != Priority::Background && cpus.meets(it.cpus)
             };
-            let mut delaying = threads.iter().filter(is_delayed).peekable();
-            if let Some(first) = delaying.peek() {
+            if let Some(first) = threads.iter().find(|it| is_delayed(it)) {
                 activity.refuse(first.reason.clone(), activity.at.clone());
             }
-            for fact in delaying.filter_map(|it| it.fact.as_ref()) {
-                facts.extend((!facts.contains(fact)).then(|| fact.clone()));
-            }
+            are_delaying.iter_mut().zip(&threads).for_each(|(delays, it)| *delays |= is_delayed(it));
+        }
+        let mut facts: Vec<TimingFact<'db>> = Vec::new();
+        for (thread, _) in threads.into_iter().zip(are_delaying).filter(|it| it.1) {
+            // A thread has one on each host.
+            facts.extend(thread.fact.filter(|it| !facts.contains(it)));
         }
         self.found.facts.extend(facts);
         for (index, priority) in self.taking_turns(&others) {
