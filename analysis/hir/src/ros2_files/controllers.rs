@@ -523,10 +523,9 @@ predictive:
         assert!(matches!((it.affinity, it.thread_priority), (YamlValue::Unknown(_), YamlValue::Unknown(_))));
         let (it, problems) =
             controller("async_parameters: {scheduling_policy: detached}, thread_priority: 3");
-        assert!(matches!(
-            &problems[..],
-            [FileProblemKind::WrongKind { .. }, FileProblemKind::DeprecatedPriority]
-        ));
+        let (key, expected) = ("async_parameters.scheduling_policy", ExpectedValue::OneOf(&["synchronized"]));
+        let refused = FileProblemKind::WrongKind { key: key.to_owned(), expected };
+        assert_eq!(problems, [refused, FileProblemKind::DeprecatedPriority]);
         assert_eq!(known(&it.thread_priority), 3);
         let (it, _) = controller("async_parameters: 3");
         assert!(matches!(it.thread_priority, YamlValue::Unknown(_)));
