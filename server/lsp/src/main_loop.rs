@@ -276,7 +276,7 @@ impl MainLoop {
                 if generation == self.staleness.generation() {
                     self.compared(compared);
                 }
-                // A worker has a clone. Until then, salsa keeps what the next edit would first free.
+                // salsa frees replaced results when an input is set; now, no key waits for that. It would wait for a snapshot.
                 if Arc::strong_count(&self.workspaces) == 1 {
                     self.db.trigger_lru_eviction();
                 }
