@@ -11,6 +11,9 @@
 //! first release of the window counts as 1: its data may have arrived before, and waited for the least distance. So nothing is
 //! said of buffers: what a job leaves there releases another one, at any time later. A port with a buffer is unknown.
 //!
+//! **Messages.** Where each datum at any port releases a job of its own at its arrival, N(Δ) ≤ Σ η(Δ): nothing waits, also not the
+//! first one. Then the least distance is one of the data, and what is released is queued.
+//!
 //! **Writers.** A job of a writer writes a port k times at most, from its nominal release on and within its response time R. Those that
 //! write in a window of length Δ are nominally released in one of Δ + R: η(Δ) ≤ Σ k · N(Δ + R) over the writers of the port.
 //!
@@ -20,14 +23,16 @@
 
 use std::sync::Arc;
 
-use crate::Time;
 use crate::time::least_common_multiple;
+use crate::{Needs, Time};
 
 /// A bound for the releases of a task, from those of its writers and their response times.
 /// [`Tasks::response_times`](crate::Tasks::response_times) computes it.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Arrivals {
     needs_all: bool,
+    /// The most releases in a window whose data arrived before it.
+    waiting: u64,
     ports: Vec<Vec<ArrivalSource>>,
     size: usize,
 }
@@ -56,11 +61,13 @@ const LONGEST: u64 = 10_000_000_000_000;
 const MOST_STEPS: usize = 8;
 
 impl Arrivals {
-    /// Returns the bound for a task that data of one port, or of all, releases, with the writers of each port. Without a port, there is none.
-    pub(crate) fn new(needs_all: bool, ports: Vec<Vec<ArrivalSource>>) -> Option<Arrivals> {
+    /// Returns the bound for a task that data of one port, of all, or each datum releases, with the writers of each port. Without a port,
+    /// there is none.
+    pub(crate) fn new(needs: Needs, ports: Vec<Vec<ArrivalSource>>) -> Option<Arrivals> {
         let of_source = |it: &ArrivalSource| 1 + it.arrivals.as_ref().map_or(0, |it| it.size);
         let size = ports.iter().flatten().map(of_source).sum();
-        (!ports.is_empty()).then_some(Arrivals { needs_all, ports, size })
+        let waiting = u64::from(needs != Needs::Each);
+        (!ports.is_empty()).then_some(Arrivals { needs_all: needs == Needs::All, waiting, ports, size })
     }
 
     /// Whether data releases the task less often than its period and burst allow, in the long run.
@@ -83,7 +90,7 @@ impl Arrivals {
         let ports = self.ports.iter().map(of_port);
         let (messages, until) =
             if self.needs_all { ports.min().unwrap_or(nothing) } else { ports.fold(nothing, add) };
-        (messages.saturating_add(1), until)
+        (messages.saturating_add(self.waiting), until)
     }
 
     /// Returns the earliest nominal release of a job of a window, from 1, counted from its start.
@@ -167,14 +174,14 @@ mod tests {
         ArrivalSource { writes, response, period, burst: 1, arrivals: None }
     }
 
-    fn of(needs_all: bool, ports: &[&[ArrivalSource]]) -> Arrivals {
-        Arrivals::new(needs_all, ports.iter().map(|port| port.to_vec()).collect()).unwrap()
+    fn of(needs: Needs, ports: &[&[ArrivalSource]]) -> Arrivals {
+        Arrivals::new(needs, ports.iter().map(|port| port.to_vec()).collect()).unwrap()
     }
 
     #[test]
     fn one_job_and_one_for_each_datum() {
         let (fast, slow) = ([source(10, 3, 1)], [source(50, 0, 2)]);
-        let any = of(false, &[&fast, &slow]);
+        let any = of(Needs::Any, &[&fast, &slow]);
         // ⌈(t + 3)/10⌉ of the one, and 2 · ⌈t/50⌉ of the other.
         assert_eq!(any.releases(7), (1 + 1 + 2, 7));
         assert_eq!(any.releases(8), (1 + 2 + 2, 17));
@@ -184,19 +191,21 @@ mod tests {
             assert_eq!(any.release_after(job + 1, any.release_of(job)), any.release_of(job + 1), "{job}");
         }
         assert_eq!(any.rate(), (5 + 2, 50));
-        let all = of(true, &[&fast, &slow]);
+        let each = of(Needs::Each, &[&fast, &slow]);
+        assert_eq!((each.releases(8), each.release_of(3), each.rate()), ((2 + 2, 17), 0, any.rate()));
+        let all = of(Needs::All, &[&fast, &slow]);
         assert_eq!(all.releases(7), (1 + 1, 7));
         assert_eq!(all.releases(27), (1 + 2, 50));
         assert_eq!(all.rate(), (2, 50));
-        let port = of(true, &[&[fast, slow].concat()]);
+        let port = of(Needs::All, &[&[fast, slow].concat()]);
         assert_eq!((port.releases(7), port.rate()), (any.releases(7), any.rate()));
     }
 
     /// The reader writes each time that it is released: once in 4 at most.
     #[test]
     fn writers_that_data_releases() {
-        let arrivals = Some(Arc::new(of(false, &[&[source(20, 5, 1)]])));
-        let through = of(false, &[&[ArrivalSource { arrivals, ..source(4, 1, 1) }]]);
+        let arrivals = Some(Arc::new(of(Needs::Any, &[&[source(20, 5, 1)]])));
+        let through = of(Needs::Any, &[&[ArrivalSource { arrivals, ..source(4, 1, 1) }]]);
         // Jobs of the writer in 1 more: ⌈·/4⌉, then 1 + ⌈(· + 5)/20⌉.
         assert_eq!(through.releases(3), (1 + 1, 3));
         assert_eq!(through.releases(14), (1 + 2, 14));
@@ -206,21 +215,21 @@ mod tests {
 
     #[test]
     fn what_nothing_writes() {
-        let never = of(false, &[&[]]);
+        let never = of(Needs::Any, &[&[]]);
         assert_eq!((never.releases(u64::MAX), never.rate()), ((1, u64::MAX), (0, 1)));
         assert_eq!([1, 2].map(|job| never.release_of(job)), [0, u64::MAX]);
         assert_eq!([never.release_after(2, 0), never.release_after(3, u64::MAX)], [u64::MAX; 2]);
-        assert_eq!(Arrivals::new(true, Vec::new()), None);
+        assert_eq!(Arrivals::new(Needs::All, Vec::new()), None);
     }
 
     #[test]
     fn rates_are_rounded_up() {
         let primes = [1_000_000_007, 998_244_353, 1_000_000_009].map(|period| vec![source(period, 0, 1)]);
-        let (jobs, length) = Arrivals::new(false, primes.to_vec()).unwrap().rate();
+        let (jobs, length) = Arrivals::new(Needs::Any, primes.to_vec()).unwrap().rate();
         let exact: f64 = primes.iter().flatten().map(|it| 1.0 / it.period as f64).sum();
         let rate = jobs as f64 / length as f64;
         assert!(rate >= exact && rate < exact * 1.001, "{jobs} in {length}");
-        let many = of(false, &[&[source(1, u64::MAX, u64::MAX)], &[source(3, 1, u64::MAX)]]);
+        let many = of(Needs::Any, &[&[source(1, u64::MAX, u64::MAX)], &[source(3, 1, u64::MAX)]]);
         assert_eq!((many.releases(u64::MAX).0, many.rate().0), (u64::MAX, u64::MAX));
     }
 }

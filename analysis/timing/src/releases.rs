@@ -61,9 +61,9 @@ impl Tasks {
         let port = |port: &Option<Vec<PortWriter>>| port.as_ref()?.iter().map(source).collect();
         let ports = trigger.ports.iter().map(port);
         let ports: Vec<Vec<ArrivalSource>> = match trigger.needs {
-            Needs::Any => ports.collect::<Option<_>>()?,
+            Needs::Any | Needs::Each => ports.collect::<Option<_>>()?,
             Needs::All => ports.flatten().collect(),
         };
-        Arrivals::new(trigger.needs == Needs::All, ports)
+        Arrivals::new(trigger.needs, ports)
     }
 }

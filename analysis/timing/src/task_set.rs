@@ -228,7 +228,7 @@ pub struct OperationEntry {
 pub struct TriggerEntry {
     /// The name of the task, which is sporadic.
     pub task: String,
-    /// Whether a job needs data at `any` or at `all` of the ports.
+    /// Whether a job needs data at `any` or at `all` of the ports, or `each` datum releases a job of its own.
     #[serde(default)]
     pub needs: Needs,
     /// The writers of each port, which keeps no more than one value.

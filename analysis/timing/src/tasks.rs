@@ -35,6 +35,9 @@ pub enum Needs {
     Any,
     /// Each of them.
     All,
+    /// One of them, and each datum releases a job of its own at its arrival, as each message does a callback of ROS 2. They come no
+    /// closer together than the least distance.
+    Each,
 }
 
 /// The ports whose data releases a task.

@@ -103,7 +103,7 @@ impl Tasks {
         let of_port = |it: &Option<TriggerWriter>| self.distance_by(task, response, it.as_ref()?, is_only);
         let all = by.writers.iter().map(of_port);
         match by.needs {
-            Needs::Any => all.flatten().min_by_key(Distance::sum),
+            Needs::Any | Needs::Each => all.flatten().min_by_key(Distance::sum),
             Needs::All => {
                 let all: Option<Vec<Distance>> = all.collect();
                 all?.into_iter().max_by_key(Distance::sum)

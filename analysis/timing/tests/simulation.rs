@@ -165,7 +165,7 @@ fn no_response_of_what_follows_its_writers_exceeds_its_bound() {
             };
             let ports: Vec<Option<Vec<PortWriter>>> =
                 if period % 2 == 0 { vec![port()] } else { vec![port(), port()] };
-            let needs = if systems.from(0, 1) == 0 { Needs::Any } else { Needs::All };
+            let needs = [Needs::Any, Needs::All, Needs::Each][systems.from(0, 2) as usize];
             set.triggers.push(TaskTrigger { task, needs, ports });
         }
         set

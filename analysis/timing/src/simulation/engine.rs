@@ -504,6 +504,10 @@ impl<'a> Engine<'a> {
         } else {
             PeekMut::pop(first);
         }
+        if let Some(trigger) = task.trigger.as_mut().filter(|it| it.needs == Needs::Each) {
+            trigger.has_data.fill(false);
+            trigger.is_pending = false;
+        }
         task.released += 1;
         if task.order == Order::Fifo {
             task.queued.push_back(now);
@@ -542,6 +546,8 @@ impl<'a> Engine<'a> {
         trigger.is_pending = match trigger.needs {
             Needs::Any => trigger.has_data.iter().any(has_come),
             Needs::All => trigger.has_data.iter().all(has_come),
+            // What comes sooner than the least distance does not come.
+            Needs::Each => trigger.has_data.iter().any(has_come) && self.now >= task.next_release,
         };
         if trigger.is_pending {
             task.next_release = task.next_release.max(self.now);
@@ -556,7 +562,7 @@ impl<'a> Engine<'a> {
     fn note_start(&mut self, index: usize) {
         let task = &mut self.threads[index];
         let is_start = task.part.as_mut().is_some_and(|it| std::mem::take(&mut it.is_new));
-        if let Some(trigger) = task.trigger.as_mut().filter(|_| is_start) {
+        if let Some(trigger) = task.trigger.as_mut().filter(|it| is_start && it.needs != Needs::Each) {
             trigger.has_data.fill(false);
             trigger.is_pending = false;
         }

@@ -601,7 +601,7 @@ fn waits_for_thread(system: &System, state: &State, place: usize) -> bool {
 fn trigger(of: &mut TaskState, task: &Task, needs: Option<Needs>) -> bool {
     let has_data = match needs {
         None => of.has_data,
-        Some(Needs::Any) => of.has_data || of.has_other,
+        Some(Needs::Any | Needs::Each) => of.has_data || of.has_other,
         Some(Needs::All) => of.has_data && of.has_other,
     };
     let is_early = if task.trigger == Some(2) { of.older > 0 } else { of.until > 0 };
