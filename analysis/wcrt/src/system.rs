@@ -682,6 +682,10 @@ impl<'db> SystemReader<'db> {
         if !fields.written.contains_key(&ActivityField::Order) {
             found.task.order = Order::Any;
         }
+        if let Some(trigger) = found.trigger.as_mut().filter(|it| thread.is_group() && it.needs == Needs::Any)
+        {
+            trigger.needs = Needs::Each;
+        }
         found.thread_name = Some(thread.name_for(id));
         found.declared_thread = Some((index, written.value_id));
         for field in [ActivityField::Priority].into_iter().chain(PLACES) {

@@ -308,6 +308,11 @@ impl DeclaredThread {
         if self.is_wildcard() { id } else { self.id.clone() }
     }
 
+    /// Whether it executes the callbacks of a group.
+    pub(crate) fn is_group(&self) -> bool {
+        self.group.is_some()
+    }
+
     /// Returns the callbacks of its group.
     pub(crate) fn callbacks(&self) -> impl Iterator<Item = &str> {
         self.group.iter().flat_map(GroupId::callbacks)
