@@ -49,6 +49,8 @@ pub struct Ros2Graph {
     handles: HashMap<Handle, usize>,
     /// What threads execute now.
     open: HashMap<RecordedThread, OpenCallback>,
+    /// When the last callbacks of threads ended.
+    ended: HashMap<RecordedThread, u64>,
     /// When the messages that threads have just taken were published.
     taken: HashMap<RecordedThread, u64>,
     /// The publishers of the messages that threads have just passed on within their processes.
@@ -87,6 +89,14 @@ pub struct Ros2Callback {
     pub executions: u64,
     /// How many executions have an elapsed time, and no CPU time.
     pub elapsed: u64,
+    /// The most time from its release to its begin while it waited for no other callback and no thread of higher priority, as far as
+    /// the recording says that: of messages, and of what wakes the thread up. The releases of a timer are the latest ones that agree
+    /// with its begins.
+    pub late: u64,
+    /// When it was made.
+    made: u64,
+    /// The next release of a timer.
+    next: Option<u64>,
     /// The least time between two begins.
     pub least_gap: Option<u64>,
     /// The most begins within a second; of more than 256, 256.
@@ -137,6 +147,8 @@ pub struct Ros2Group {
     pub kind: String,
     /// Its executor, or what collects groups for one.
     owner: Option<Handle>,
+    /// When its last execution ended.
+    ended: u64,
 }
 
 /// What an address in a process is.
@@ -169,6 +181,8 @@ struct ThreadClock {
     used: u64,
     /// Since when it has a CPU.
     since: Option<u64>,
+    /// Until when it last waited for a thread of its priority or a higher one.
+    waited: u64,
     priority: Option<u32>,
 }
 
@@ -198,6 +212,11 @@ impl Ros2Graph {
     /// Returns the index of the executor of a group, if the recording says it.
     pub fn executor_of(&self, group: usize) -> Option<usize> {
         self.index(self.groups.get(group)?.owner?)
+    }
+
+    /// Returns whether an executor has one thread.
+    pub fn has_one_thread(&self, executor: usize) -> bool {
+        self.executors.get(executor).is_some_and(|it| it.contains("single_threaded") || it.contains("static"))
     }
 
     /// Returns the least time between two messages of a topic, if the recording has two.
@@ -256,12 +275,16 @@ impl Ros2Graph {
                 self.handles.insert(publisher, self.publishers.len());
                 self.publishers.push(Ros2Publisher { node, topic, ..Ros2Publisher::default() });
             }
-            b"rcl_timer_init" => self.callback(timer()?, None, Ros2Release::Timer(event.number("period")?)),
+            b"rcl_timer_init" => {
+                self.callback(timer()?, (None, event.time), Ros2Release::Timer(event.number("period")?));
+            }
             b"rcl_subscription_init" => {
-                self.callback(subscription()?, node(self), Ros2Release::Subscription(text("topic_name")?));
+                let of = (node(self), event.time);
+                self.callback(subscription()?, of, Ros2Release::Subscription(text("topic_name")?));
             }
             b"rcl_service_init" => {
-                self.callback(service()?, node(self), Ros2Release::Service(text("service_name")?));
+                let of = (node(self), event.time);
+                self.callback(service()?, of, Ros2Release::Service(text("service_name")?));
             }
             b"rclcpp_timer_link_node" => {
                 let (of, node) = (self.index(timer()?)?, node(self)?);
@@ -296,7 +319,7 @@ impl Ros2Graph {
             | b"callback_group_to_executor_entity_collector" => {
                 let (kind, owner) = (text("group_type_name")?, executor().or_else(collector));
                 let group = self.group(group()?);
-                *self.groups.get_mut(group)? = Ros2Group { kind, owner };
+                *self.groups.get_mut(group)? = Ros2Group { kind, owner, ended: 0 };
             }
             b"callback_group_add_timer" => self.join(timer()?, group()?)?,
             b"callback_group_add_subscription" => self.join(subscription()?, group()?)?,
@@ -318,11 +341,11 @@ impl Ros2Graph {
     }
 
     /// Enters a callback. What was made again at the same address is the same one.
-    fn callback(&mut self, handle: Handle, node: Option<usize>, release: Ros2Release) {
+    fn callback(&mut self, handle: Handle, (node, made): (Option<usize>, u64), release: Ros2Release) {
         let known = self.index(handle).and_then(|it| self.callbacks.get(it));
         if known.is_none_or(|it| it.release != release || node.is_some_and(|node| it.node != Some(node))) {
             self.handles.insert(handle, self.callbacks.len());
-            self.callbacks.push(Ros2Callback { node, release, ..Ros2Callback::default() });
+            self.callbacks.push(Ros2Callback { node, made, release, ..Ros2Callback::default() });
         }
     }
 
@@ -366,6 +389,12 @@ impl Ros2Graph {
             self.callbacks.get_mut(callback)?.elapsed += u64::from(open.is_some() && used.is_none());
             let used = used.unwrap_or(event.time.saturating_sub(begin));
             let cpu_ns = begin.saturating_add(used);
+            if self.ended.len() >= MOST_THREADS {
+                self.ended.clear();
+            }
+            self.ended.insert(thread, event.time);
+            let group = self.callbacks.get(callback).and_then(|it| it.group);
+            group.and_then(|it| self.groups.get_mut(it)).into_iter().for_each(|it| it.ended = event.time);
             return Some(CallbackEvent { callback, is_end, cpu_ns, release: None });
         }
         if self.open.len() >= MOST_THREADS {
@@ -374,6 +403,7 @@ impl Ros2Graph {
         let used = now.map(|it| it.used);
         self.open
             .insert(thread, OpenCallback { callback, begin: event.time, used, published: BTreeMap::new() });
+        let waited = self.waited(callback, thread).max(now.map_or(0, |it| it.waited));
         let of = self.callbacks.get_mut(callback)?;
         of.executions += 1;
         of.priority = of.priority.max(now.and_then(|it| it.priority));
@@ -384,9 +414,26 @@ impl Ros2Graph {
         self.last_cpu = self.last_cpu.max(event.cpu);
         let published =
             self.taken.remove(&thread).filter(|_| matches!(of.release, Ros2Release::Subscription(_)));
-        // Of another computer, the clock may be any.
-        let release = published.filter(|it| event.time.checked_sub(*it).is_some_and(|age| age < LONGEST_AGE));
+        // Of another computer, the clock may be any. What was published before it was made is kept for those that come late.
+        let is_valid =
+            |it: &u64| *it >= of.made && event.time.checked_sub(*it).is_some_and(|age| age < LONGEST_AGE);
+        let release = published.filter(is_valid);
+        of.begins_late(event.time, release, waited);
         Some(CallbackEvent { callback, is_end, cpu_ns: event.time, release })
+    }
+
+    /// Returns until when a callback waited at least: for others of its group, or of its thread, where it has only one.
+    fn waited(&self, callback: usize, thread: RecordedThread) -> u64 {
+        let Some(of) = self.callbacks.get(callback) else { return 0 };
+        let executor = of.group.and_then(|it| self.executor_of(it));
+        let group = of.group.filter(|_| executor.is_none_or(|it| !self.has_one_thread(it)));
+        match group.and_then(|it| self.groups.get(it)) {
+            Some(group) => group.ended,
+            None if of.threads.iter().all(|it| *it == thread) => {
+                self.ended.get(&thread).copied().unwrap_or(0)
+            }
+            None => 0,
+        }
     }
 
     /// A thread has taken a message that was published then: it executes its callback next.
@@ -469,13 +516,18 @@ impl Ros2Graph {
             (self.clocks, self.running) = Default::default();
             self.open.values_mut().for_each(|open| open.used = None);
         }
-        if let Some(clock) = self.clocks.get_mut(&(host, event.previous))
-            && let Some(since) = clock.since.take()
-        {
-            clock.used = clock.used.saturating_add(event.time.saturating_sub(since));
+        let mut before = None;
+        if let Some(clock) = self.clocks.get_mut(&(host, event.previous)) {
+            before = clock.priority.filter(|it| *it > 0);
+            if let Some(since) = clock.since.take() {
+                clock.used = clock.used.saturating_add(event.time.saturating_sub(since));
+            }
         }
         let clock = self.clocks.entry((host, event.next)).or_default();
         (clock.since, clock.priority) = (Some(event.time), Some(event.priority));
+        if before.is_some_and(|it| it >= event.priority) {
+            clock.waited = event.time;
+        }
         self.running.insert((host, event.cpu), event.next);
     }
 
@@ -491,6 +543,22 @@ impl Ros2Graph {
 }
 
 impl Ros2Callback {
+    /// Compares a begin with its release.
+    fn begins_late(&mut self, now: u64, published: Option<u64>, waited: u64) {
+        let release = match self.release {
+            Ros2Release::Timer(period) if period > 0 => {
+                // A timer leaves out what it missed.
+                let next = self.next.map_or(now, |next| next + now.saturating_sub(next) / period * period);
+                // Begins before it: the earlier ones were later than they seemed.
+                self.late = self.late.saturating_add(next.saturating_sub(now));
+                self.next = Some(next.min(now).saturating_add(period));
+                next.min(now)
+            }
+            _ => published.unwrap_or(now),
+        };
+        self.late = self.late.max(now.saturating_sub(release.max(waited)));
+    }
+
     fn begins(&mut self, now: u64) {
         if let Some(gap) = self.begins.back().map(|last| now.saturating_sub(*last)) {
             self.least_gap = Some(self.least_gap.map_or(gap, |it| it.min(gap)));
@@ -724,6 +792,54 @@ mod tests {
         reader.read_lines(text.as_bytes(), &mut found).unwrap();
         let none = [200, 230, 260, 290].map(|begin| (at(begin), None));
         assert_eq!(found.0, [[(at(100), Some(at(50)))].as_slice(), &none].concat());
+    }
+
+    #[test]
+    fn a_begin_is_late_unless_it_waited_for_a_callback_or_a_thread() {
+        let late = |events: &[String]| {
+            let (_, reader, _) = read(&(made() + &events.concat()));
+            reader.ros2().callbacks[..2].iter().map(|it| it.late).collect::<Vec<_>>()
+        };
+        let ms = |time: u64| time * 1_000_000;
+        let timer =
+            |at: &[u64]| at.iter().map(|at| start(ms(*at), 1) + &end(ms(*at) + 1000, 1)).collect::<Vec<_>>();
+        // Period 5: the second begin is 2 late, and so was the first one if the third one is not.
+        assert_eq!(late(&timer(&[100, 107, 110])), [ms(2), 0]);
+        assert_eq!(late(&timer(&[100, 103, 108])), [ms(2), 0]);
+        // It left one out.
+        assert_eq!(late(&timer(&[100, 111])), [ms(1), 0]);
+        let take = |at, published: u64| {
+            event(
+                at,
+                "rmw_take",
+                &format!("message = 0x2, source_timestamp = {}, taken = 1", 7_000_000_000 + published),
+            )
+        };
+        let message = [take(ms(20), ms(17)), start(ms(20), 2), end(ms(24), 2)].concat();
+        assert_eq!(late(std::slice::from_ref(&message)), [0, ms(3)]);
+        // It was kept for those that come late.
+        assert_eq!(late(&[take(ms(20), 3), start(ms(20), 2), end(ms(21), 2)]), [0, 0]);
+        // One thread executes both: the timer waited for the message until 24.
+        let both = [&timer(&[18])[..], std::slice::from_ref(&message), &timer(&[25])].concat();
+        assert_eq!(late(&both), [ms(1), ms(3) - ms(1) - 1000]);
+        // With several threads, only callbacks of one group wait for each other.
+        let other = |text: &str| text.replace("vtid = 7", "vtid = 8");
+        let several = [&timer(&[18])[..], &[other(&message)], &timer(&[25])].concat();
+        let apart = |it: &String| it.replace("single_threaded", "multi_threaded");
+        let (_, reader, _) = read(&apart(&(made() + &several.concat())));
+        assert_eq!(reader.ros2().callbacks[0].late, ms(2));
+        // The thread 3 had the CPU of the timer, with a higher or a lower priority.
+        for (priority, expected) in [(-60, ms(1) - 5), (20, ms(2))] {
+            let last = [
+                switch(ms(24), 7, 3, priority),
+                switch(ms(24) + 5, 3, 7, -41),
+                start(ms(25), 1),
+                end(ms(26), 1),
+            ];
+            let first = [switch(ms(17), 1, 7, -41)].into_iter().chain(timer(&[18]));
+            let events: Vec<String> = first.chain(last).collect();
+            assert_eq!(late(&events), [expected, 0]);
+        }
     }
 
     /// It goes to nodes of the process, and to others.

@@ -260,13 +260,11 @@ impl<'a> Model<'a> {
         for (place, part) in self.parts.iter().enumerate() {
             let callback = part.callback;
             let executor = callback.group.and_then(|it| graph.executor_of(it));
-            let has_one = |it: &usize| {
-                graph
-                    .executors
-                    .get(*it)
-                    .is_some_and(|it| it.contains("single_threaded") || it.contains("static"))
-            };
-            let key = match (executor.filter(has_one), callback.group, callback.threads.first()) {
+            let key = match (
+                executor.filter(|it| graph.has_one_thread(*it)),
+                callback.group,
+                callback.threads.first(),
+            ) {
                 (Some(executor), ..) => ThreadKey::Executor(executor),
                 (_, Some(group), _) => ThreadKey::Group(group),
                 (.., Some(thread)) if callback.threads.len() == 1 => ThreadKey::Thread(*thread),
@@ -474,11 +472,26 @@ impl<'a> Part<'a> {
     fn activity(&self, place: Option<String>, system: &System<'_>) -> String {
         let name = &self.callback.name;
         let Some(place) = place else { return format!("    activity {name} {{ priority = background }}\n") };
-        let mut text = format!("    activity {name} {{{place}");
-        if let Ros2Release::Timer(period) = self.callback.release {
-            let _ = writeln!(text, "  period = {} }}", milliseconds(period.max(1)));
-            return text;
+        let (mut fields, mut assumed) = (place, Vec::new());
+        match self.callback.release {
+            Ros2Release::Timer(period) => fields += &format!("  period = {}", milliseconds(period.max(1))),
+            _ => self.triggered(&mut fields, &mut assumed, system),
         }
+        if self.callback.late > 0 {
+            let late = self.callback.late.div_ceil(1_000).saturating_mul(1_000);
+            fields += &format!("  jitter = {}", milliseconds(late));
+            assumed.push("`jitter`");
+        }
+        let assumed = match assumed.as_slice() {
+            [] => String::new(),
+            [one] => format!("  // {one} is assumed, by the recording."),
+            [all @ .., last] => format!("  // {} and {last} are assumed, by the recording.", all.join(", ")),
+        };
+        format!("    activity {name} {{{fields} }}{assumed}\n")
+    }
+
+    /// Writes the fields of an activity that messages release, and which of them are assumed.
+    fn triggered(&self, text: &mut String, assumed: &mut Vec<&str>, system: &System<'_>) {
         let ports: Vec<&str> = self.inputs.iter().map(|it| it.0.as_str()).collect();
         match ports.as_slice() {
             [port] => _ = write!(text, "  trigger = {port}"),
@@ -497,15 +510,14 @@ impl<'a> Part<'a> {
             }
         };
         let _ = write!(text, "  least = {}", milliseconds(least));
+        assumed.push("`least`");
         if burst > 1 {
             let _ = write!(text, "  burst = {burst}");
+            assumed.push("`burst`");
         }
         if self.deadline > 0 && self.deadline != least {
             let _ = write!(text, "  deadline = {}", milliseconds(self.deadline));
         }
-        let assumed = if burst > 1 { "`least` and `burst` are" } else { "`least` is" };
-        let _ = writeln!(text, " }}  // {assumed} assumed, by the recording.");
-        text
     }
 
     /// Writes its codel, shell, core and component.
