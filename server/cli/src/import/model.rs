@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use mauve_diagnostics::all_of;
 use mauve_hir::ros2_files::{NamedPath, PathNode};
 use mauve_projects::harmless::harmless_line;
 use mauve_pwcet::trace::{ROS2_LIBRARY, RecordedThread, Ros2Callback, Ros2Release, ros2_identifier};
@@ -450,16 +451,21 @@ impl<'a> Part<'a> {
 
     /// Returns the least distance and the burst that the recording shows: regular begins have no burst.
     fn seen(&self, system: &System<'_>) -> (u64, u64) {
-        let Ros2Callback { least_gap, in_second, release, .. } = self.callback;
         let second = 1_000_000_000;
-        let messages = match release {
+        let in_second = self.callback.in_second as u64;
+        let gap = self.callback.least_gap.map(|gap| gap.min(self.least_gap(system).unwrap_or(gap)));
+        match gap {
+            // So many in a second that they are counted one by one, or hardly more than their least distance allows.
+            Some(gap) if in_second >= 256 || gap.saturating_mul(in_second * 2) > second => (gap.max(1), 1),
+            _ => (second, in_second.max(1)),
+        }
+    }
+
+    /// Returns the least time between two messages of its topic.
+    fn least_gap(&self, system: &System<'_>) -> Option<u64> {
+        match &self.callback.release {
             Ros2Release::Subscription(topic) => system.graph.least_gap(topic),
             _ => None,
-        };
-        match least_gap.map(|gap| gap.min(messages.unwrap_or(gap))) {
-            // So many in a second that they are counted one by one, or hardly more than their least distance allows.
-            Some(gap) if *in_second >= 256 || *in_second as u64 * gap * 2 > second => (gap.max(1), 1),
-            _ => (second, (*in_second).max(1) as u64),
         }
     }
 
@@ -482,12 +488,10 @@ impl<'a> Part<'a> {
             fields += &format!("  jitter = {}", milliseconds(late));
             assumed.push("`jitter`");
         }
-        let assumed = match assumed.as_slice() {
-            [] => String::new(),
-            [one] => format!("  // {one} is assumed, by the recording."),
-            [all @ .., last] => format!("  // {} and {last} are assumed, by the recording.", all.join(", ")),
-        };
-        format!("    activity {name} {{{fields} }}{assumed}\n")
+        let is = if assumed.len() == 1 { "is" } else { "are" };
+        let why = format!("  // {} {is} assumed, by the recording.", all_of(&assumed));
+        let why = if assumed.is_empty() { "" } else { &why };
+        format!("    activity {name} {{{fields} }}{why}\n")
     }
 
     /// Writes the fields of an activity that messages release, and which of them are assumed.
@@ -502,11 +506,8 @@ impl<'a> Part<'a> {
             // Messages are a little closer together than the timer's period.
             false => {
                 let most = (self.deadline / 10 * 9).max(1_000);
-                let gap = match &self.callback.release {
-                    Ros2Release::Subscription(topic) => system.graph.least_gap(topic),
-                    _ => None,
-                };
-                (three_digits(gap.unwrap_or(most).clamp(1_000, most)), 1)
+                let least = self.least_gap(system).unwrap_or(most).clamp(1_000, most);
+                (least / 1_000 * 1_000, 1)
             }
         };
         let _ = write!(text, "  least = {}", milliseconds(least));
@@ -592,15 +593,6 @@ fn camel_case(name: &str) -> String {
 fn comment(text: &str) -> String {
     let text: String = text.chars().take(120).collect();
     harmless_line(&text).replace('\t', " ")
-}
-
-/// Rounds down to three digits.
-fn three_digits(nanoseconds: u64) -> u64 {
-    let mut unit = 1;
-    while nanoseconds / unit >= 1000 {
-        unit *= 10;
-    }
-    nanoseconds / unit * unit
 }
 
 /// Writes a time in milliseconds, exactly.
