@@ -7,6 +7,7 @@ use mauve_diagnostics::all_of;
 use mauve_hir::ros2_files::{NamedPath, PathNode};
 use mauve_projects::harmless::harmless_line;
 use mauve_pwcet::trace::{ROS2_LIBRARY, RecordedThread, Ros2Callback, Ros2Release, ros2_identifier};
+use mauve_timing::Time;
 
 use super::recorded::{MOST_WRITES, System, released_by};
 use super::threads::{self, THREADS};
@@ -480,12 +481,14 @@ impl<'a> Part<'a> {
         let Some(place) = place else { return format!("    activity {name} {{ priority = background }}\n") };
         let (mut fields, mut assumed) = (place, Vec::new());
         match self.callback.release {
-            Ros2Release::Timer(period) => fields += &format!("  period = {}", milliseconds(period.max(1))),
+            Ros2Release::Timer(period) => {
+                fields += &format!("  period = {}", Time::from_nanos(period.max(1)).number())
+            }
             _ => self.triggered(&mut fields, &mut assumed, system),
         }
         if self.callback.late > 0 {
             let late = self.callback.late.div_ceil(1_000).saturating_mul(1_000);
-            fields += &format!("  jitter = {}", milliseconds(late));
+            fields += &format!("  jitter = {}", Time::from_nanos(late).number());
             assumed.push("`jitter`");
         }
         let is = if assumed.len() == 1 { "is" } else { "are" };
@@ -510,14 +513,14 @@ impl<'a> Part<'a> {
                 (least / 1_000 * 1_000, 1)
             }
         };
-        let _ = write!(text, "  least = {}", milliseconds(least));
+        let _ = write!(text, "  least = {}", Time::from_nanos(least).number());
         assumed.push("`least`");
         if burst > 1 {
             let _ = write!(text, "  burst = {burst}");
             assumed.push("`burst`");
         }
         if self.deadline > 0 && self.deadline != least {
-            let _ = write!(text, "  deadline = {}", milliseconds(self.deadline));
+            let _ = write!(text, "  deadline = {}", Time::from_nanos(self.deadline).number());
         }
     }
 
@@ -593,15 +596,6 @@ fn camel_case(name: &str) -> String {
 fn comment(text: &str) -> String {
     let text: String = text.chars().take(120).collect();
     harmless_line(&text).replace('\t', " ")
-}
-
-/// Writes a time in milliseconds, exactly.
-fn milliseconds(nanoseconds: u64) -> String {
-    let (whole, part) = (nanoseconds / 1_000_000, nanoseconds % 1_000_000);
-    match part {
-        0 => whole.to_string(),
-        _ => format!("{whole}.{part:06}").trim_end_matches('0').to_owned(),
-    }
 }
 
 #[cfg(test)]
