@@ -186,17 +186,13 @@ fn table(system: &System<'_>) -> String {
 
 /// Counts the callbacks, and explains the figures and what the recording lacks, each in a line.
 fn summary(system: &System<'_>) -> String {
-    let count = |count: usize, what: &str| counted(count, what);
     let executions: u64 = system.executed().map(|(.., times)| times.count).sum();
     let mut text = format!(
         "{} in {}, {executions} executions; {} of timers\n",
-        count(system.executed().count(), "callback"),
-        count(system.graph.nodes.len(), "node"),
+        counted(system.executed().count(), "callback"),
+        counted(system.graph.nodes.len(), "node"),
         system.executed().filter(|(_, it, _)| matches!(it.release, Ros2Release::Timer(_))).count(),
     );
-    for line in unknown::lines(system) {
-        text += &line;
-        text.push('\n');
-    }
+    text.extend(unknown::lines(system).into_iter().map(|line| line + "\n"));
     text
 }

@@ -1,5 +1,7 @@
 //! What a recording does not say, and what the figures of an import are: lines for a terminal and for the project.
 
+use std::collections::BTreeSet;
+
 use mauve_pwcet::trace::{Ros2Callback, Ros2Release};
 
 use super::recorded::System;
@@ -61,21 +63,22 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
             counted(services, "service")
         ));
     }
-    let topics: Vec<String> = system
-        .executed()
-        .filter_map(|(_, it, _)| match &it.release {
-            Ros2Release::Subscription(topic) if !system.knows_writers(it) => Some(topic.clone()),
-            _ => None,
-        })
-        .collect();
+    let unknown = system.executed().filter_map(|(_, it, _)| match &it.release {
+        Ros2Release::Subscription(topic) if !system.knows_writers(it) => Some(topic.as_str()),
+        _ => None,
+    });
+    let topics: BTreeSet<&str> = unknown.collect();
     if !topics.is_empty() {
-        let mut topics = topics;
-        topics.sort_unstable();
-        topics.dedup();
         lines.push(format!(
             "assumed: messages of {} come no closer together than in the recording: not all of them are published by its callbacks",
-            topics.join(", "),
+            Vec::from_iter(topics).join(", "),
         ));
+    }
+    if system.executed().any(|(_, it, _)| it.late > 0) {
+        lines.push(
+            "assumed: a callback that waits for no other one begins no later than in the recording"
+                .to_owned(),
+        );
     }
     if system.paths.is_empty() {
         let silent: Vec<&str> =
