@@ -104,6 +104,52 @@ fn the_file_has_priorities_and_cpus() {
     );
 }
 
+/// A callback executes for each message when it comes: the first message that counts is one of the window, too. Another thread may have
+/// waited with it for `least`.
+#[test]
+fn each_message_releases_a_callback() {
+    let robot = |hand: &str, entry: &str| {
+        format!(
+            "codel look(out seen: int): void
+codel move(in seen: int): void
+shell E {{ output port seen: int }}
+shell H {{ input port seen: int }}
+core See(E) {{ var x: int  update = {{ look(x); write(seen, x); }} }}
+core Move(H) {{ var x: int  update = {{ read(seen, x); move(x); }} }}
+component Eye(E, See)
+component Hand(H, Move)
+architecture A {{ instance eye: Eye  instance hand: Hand  connection eye.seen -> hand.seen }}
+deployment D {{
+  architecture A
+  activity eye {{ thread = \"/eye@Timer(100000000)\"  period = 100 }}
+  activity hand {{ thread = \"{hand}\"  trigger = seen  least = 70  deadline = 100 }}
+}}
+//- /mauve.toml
+{CONFIG}//- /t.toml
+[codel]
+look = 50
+move = 75
+//- /threads.yaml
+callback_groups:
+  - {{id: /eye@Timer(100000000), policy: SCHED_FIFO, priority: 9, affinity: [1]}}
+{entry}: {hand}, {}}}
+",
+            FINE[0]
+        )
+    };
+    // Two messages are 70 ms apart, the third one comes 150 ms after the first one: 2 · 75 − 70.
+    expect![[r#"
+        eye met 50 ms
+        hand met 80 ms
+    "#]]
+    .assert_eq(&verdicts(&robot("/hand@Subscription(/seen)", "  - {id")));
+    expect![[r#"
+        eye met 50 ms
+        hand met 100 ms
+    "#]]
+    .assert_eq(&verdicts(&robot("worker", "non_ros_threads:\n  - {name")));
+}
+
 #[test]
 fn policies_without_a_bound() {
     check(

@@ -24,6 +24,9 @@ const MOST_OF_CALLBACK: usize = 1 << 8;
 const MOST_HOSTS: usize = 1 << 8;
 const LONGEST_NAME: usize = 1 << 10;
 
+/// The number of the threads that Linux executes where it has nothing to execute.
+const IDLE: u64 = 0;
+
 /// A message that is older in nanoseconds was published by another clock.
 const LONGEST_AGE: u64 = 10_000_000_000;
 
@@ -518,7 +521,7 @@ impl Ros2Graph {
         }
         let mut before = None;
         if let Some(clock) = self.clocks.get_mut(&(host, event.previous)) {
-            before = clock.priority.filter(|it| *it > 0);
+            before = clock.priority.filter(|_| event.previous != IDLE);
             if let Some(since) = clock.since.take() {
                 clock.used = clock.used.saturating_add(event.time.saturating_sub(since));
             }
@@ -550,7 +553,7 @@ impl Ros2Callback {
                 // A timer leaves out what it missed.
                 let next = self.next.map_or(now, |next| next + now.saturating_sub(next) / period * period);
                 // Begins before it: the earlier ones were later than they seemed.
-                self.late = self.late.saturating_add(next.saturating_sub(now));
+                self.late = self.late.saturating_add(next.saturating_sub(now)).min(period);
                 self.next = Some(next.min(now).saturating_add(period));
                 next.min(now)
             }
@@ -828,18 +831,19 @@ mod tests {
         let apart = |it: &String| it.replace("single_threaded", "multi_threaded");
         let (_, reader, _) = read(&apart(&(made() + &several.concat())));
         assert_eq!(reader.ros2().callbacks[0].late, ms(2));
-        // The thread 3 had the CPU of the timer, with a higher or a lower priority.
-        for (priority, expected) in [(-60, ms(1) - 5), (20, ms(2))] {
-            let last = [
-                switch(ms(24), 7, 3, priority),
-                switch(ms(24) + 5, 3, 7, -41),
-                start(ms(25), 1),
-                end(ms(26), 1),
-            ];
-            let first = [switch(ms(17), 1, 7, -41)].into_iter().chain(timer(&[18]));
-            let events: Vec<String> = first.chain(last).collect();
-            assert_eq!(late(&events), [expected, 0]);
+        // Another thread had the CPU of the timer, with a higher, a lower or no priority, or it was idle.
+        let rest = ms(1) - 5;
+        for (other, priorities, expected) in
+            [(3, [-60, -41], rest), (3, [20, -41], ms(2)), (3, [20, 20], rest), (0, [20, 20], ms(2))]
+        {
+            let [of_other, own] = priorities;
+            let last = [switch(ms(24), 7, other, of_other), switch(ms(24) + 5, other, 7, own)];
+            let last = last.into_iter().chain([start(ms(25), 1), end(ms(26), 1)]);
+            let first = [switch(ms(17), 1, 7, own)].into_iter().chain(timer(&[18]));
+            assert_eq!(late(&first.chain(last).collect::<Vec<_>>()), [expected, 0]);
         }
+        // It has another period.
+        assert_eq!(late(&timer(&[100, 101, 102, 103])), [ms(5), 0]);
     }
 
     /// It goes to nodes of the process, and to others.
