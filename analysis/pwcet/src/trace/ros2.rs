@@ -429,8 +429,9 @@ impl Ros2Graph {
     fn waited(&self, callback: usize, thread: RecordedThread) -> u64 {
         let Some(of) = self.callbacks.get(callback) else { return 0 };
         let executor = of.group.and_then(|it| self.executor_of(it));
-        let group = of.group.filter(|_| executor.is_none_or(|it| !self.has_one_thread(it)));
-        match group.and_then(|it| self.groups.get(it)) {
+        let has_one = executor.is_some_and(|it| self.has_one_thread(it));
+        let is_exclusive = |it: &&Ros2Group| !has_one && !it.kind.contains("reentrant");
+        match of.group.and_then(|it| self.groups.get(it)).filter(is_exclusive) {
             Some(group) => group.ended,
             None if of.threads.iter().all(|it| *it == thread) => {
                 self.ended.get(&thread).copied().unwrap_or(0)
@@ -831,6 +832,12 @@ mod tests {
         let apart = |it: &String| it.replace("single_threaded", "multi_threaded");
         let (_, reader, _) = read(&apart(&(made() + &several.concat())));
         assert_eq!(reader.ros2().callbacks[0].late, ms(2));
+        // Those of a reentrant group do not.
+        let overlap = [other(&start(ms(18), 1)), other(&end(ms(24), 1)), start(ms(25), 1), end(ms(26), 1)];
+        for (kind, expected) in [("mutually_exclusive", ms(1)), ("reentrant", ms(2))] {
+            let text = apart(&(made() + &overlap.concat())).replace("mutually_exclusive", kind);
+            assert_eq!(read(&text).1.ros2().callbacks[0].late, expected, "{kind}");
+        }
         // Another thread had the CPU of the timer, with a higher, a lower or no priority, or it was idle.
         let rest = ms(1) - 5;
         for (other, priorities, expected) in
