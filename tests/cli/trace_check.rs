@@ -35,6 +35,8 @@ struct Period {
     execution: i64,
     priority: i64,
     cpus: i64,
+    /// The CPU where it began, from 0.
+    cpu: u32,
     programs: Vec<String>,
     codels: Vec<(String, i64)>,
 }
@@ -81,6 +83,7 @@ fn simulated(seed: u64) -> Vec<Period> {
             execution: slices.iter().map(|it| nanoseconds(&it["end"]) - nanoseconds(&it["start"])).sum(),
             priority: activity["priority"].as_i64().unwrap(),
             cpus: activity["affinity"].as_i64().unwrap(),
+            cpu: activity["affinity"].as_i64().unwrap().trailing_zeros(),
             programs: names.iter().map(|it| it.as_str().unwrap().to_owned()).collect(),
             codels: Vec::new(),
         });
@@ -95,6 +98,7 @@ fn simulated(seed: u64) -> Vec<Period> {
         execution: 1,
         priority: 0,
         cpus: 3,
+        cpu: 0,
         programs: ["Choosing.run", "Choosing.chosen.guard", "Choosing.finished.guard"]
             .map(str::to_owned)
             .into(),
@@ -119,9 +123,9 @@ fn check(name: &str, periods: &[Period], has: Has) -> (Run, Value) {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}_{name}", test_name()));
     let mut executions = "codel,execution_ns,instance,elapsed_ns,time_ns,order\n".to_owned();
     let mut lines = match has {
-        Has::Everything => "instance,begin_ns,end_ns,execution_ns,order,release_ns,priority,cpus\n",
-        Has::NoReleases => "instance,begin_ns,end_ns,execution_ns,order,unknown,priority,cpus\n",
-        Has::NeitherReleasesNorScheduling => "instance,begin_ns,end_ns,execution_ns,order,unknown,x,y\n",
+        Has::Everything => "instance,begin_ns,end_ns,execution_ns,order,release_ns,priority,cpus,cpu\n",
+        Has::NoReleases => "instance,begin_ns,end_ns,execution_ns,order,unknown,priority,cpus,cpu\n",
+        Has::NeitherReleasesNorScheduling => "instance,begin_ns,end_ns,execution_ns,order,unknown,x,y,z\n",
     }
     .to_owned();
     let mut order = 0;
@@ -140,13 +144,14 @@ fn check(name: &str, periods: &[Period], has: Has) -> (Run, Value) {
         }
         let _ = writeln!(
             lines,
-            "{instance},{},{},{},{order},{},{},{}",
+            "{instance},{},{},{},{order},{},{},{},{}",
             epoch + it.begin,
             epoch + it.end,
             it.execution,
             epoch + it.release,
             it.priority,
-            it.cpus
+            it.cpus,
+            it.cpu
         );
         order += 1;
     }
@@ -243,6 +248,22 @@ fn each_fault_is_found() {
             with(&|_, it| {
                 if it.instance == "gmapping" {
                     it.cpus = 1;
+                }
+            }),
+        );
+        let is_known = has != Has::NeitherReleasesNorScheduling;
+        let other: &[(&str, &str)] = if is_known { &[("pose", "other-cpu")] } else { &[] };
+        fault(
+            "other-cpu",
+            other,
+            if is_known {
+                "`pose` began 2 periods on CPUs 3 and 4, and the deployment gives it CPU 1"
+            } else {
+                ""
+            },
+            with(&|number, it| {
+                if it.instance == "pose" && number < 2 {
+                    it.cpu = 2 + number as u32;
                 }
             }),
         );
@@ -404,6 +425,37 @@ fn each_fault_is_found() {
             }),
         );
     }
+}
+
+/// Of a recording of ROS 2, where only callbacks are seen.
+#[test]
+fn what_has_no_codel_in_the_background_is_not_missed() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    let robot = |background: &str| {
+        let model = format!(
+            "codel work(): int
+shell S {{ }}
+core Work(S) {{ update = {{ work(); }} }}
+core Idle(S) {{ update = {{ }} }}
+component Worker(S, Work)
+component Outside(S, {background})
+architecture A {{ instance a: Worker  instance outside: Outside }}
+deployment D {{ architecture A  activity a {{ priority = 1  period = 10 }}  activity outside {{ priority = background }} }}
+"
+        );
+        let recording = "instance,begin_ns,end_ns,execution_ns,order\na,10000000,11000000,1000000,0\na,20000000,21000000,1000000,1\n";
+        let config = "assume.codel = \"2 ms\"\n";
+        write(
+            &folder,
+            &[("m.mal", model.as_str()), ("mauve.toml", config), ("trace/periods.csv", recording)],
+        );
+        write(&folder, &[("trace/executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order\n")]);
+        mauve(MAUVE, &folder, &["trace", "check", "trace", "."])
+    };
+    let silent = robot("Idle");
+    assert!(!silent.has("is not in the recording"), "{silent:?}");
+    let missing = robot("Work");
+    assert!(missing.has("`outside` is not in the recording"), "{missing:?}");
 }
 
 #[test]

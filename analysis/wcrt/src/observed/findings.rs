@@ -93,12 +93,12 @@ pub enum FindingKind {
         /// Those of the recording.
         observed: CpuSet,
     },
-    /// A period began on another CPU.
+    /// Periods began on other CPUs.
     OtherCpu {
         /// Those of the model.
         expected: CpuSet,
-        /// The number of the CPU.
-        observed: u32,
+        /// Those others.
+        observed: CpuSet,
     },
     /// The instance executes the programs of another component.
     Component {

@@ -109,10 +109,8 @@ pub(super) fn message(it: &Checked<'_>, finding: &TraceFinding) -> String {
             periods(count)
         ),
         FindingKind::OtherCpu { expected, observed } => format!(
-            "`{instance}` began {} on {}, and the deployment gives it {}{first}",
-            periods(count),
-            format_args!("CPU {}", u64::from(*observed) + 1),
-            expected
+            "`{instance}` began {} on {observed}, and the deployment gives it {expected}{first}",
+            periods(count)
         ),
         FindingKind::Component { expected, observed } => format!(
             "`{instance}` executes programs of `{observed}`, and the model deploys `{expected}`: generate, build and record again"
