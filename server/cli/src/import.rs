@@ -1,5 +1,6 @@
 //! `mauve import RECORDING… -o DIR`: a system of ROS 2 that runs, as a project: what its callbacks took, and what is not known.
 
+mod control;
 mod model;
 mod recorded;
 mod threads;
@@ -8,7 +9,9 @@ mod unknown;
 use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::file_problem;
-use mauve_hir::ros2_files::{NamedPath, ThreadsFile, read_controllers, read_named_paths, read_threads};
+use mauve_hir::ros2_files::{
+    ControllersFile, NamedPath, ThreadsFile, read_controllers, read_named_paths, read_threads,
+};
 use mauve_hir::{normalised, relative_path};
 use mauve_projects::destination::{destination, destination_folder};
 use mauve_projects::disk::text_of;
@@ -42,9 +45,6 @@ impl Import {
         let mut times = Times::default();
         let is_yaml = |path: &PathBuf| path.extension().is_some_and(|it| it == "yaml" || it == "yml");
         let (files, recordings): (Vec<PathBuf>, Vec<PathBuf>) = self.paths.into_iter().partition(is_yaml);
-        let Some(first) = recordings.first() else {
-            return Err("name a recording, too: a folder that `ros2 trace` has written".to_owned());
-        };
         for recording in &recordings {
             let said = |error: &TraceError| trace_error(recording, error);
             let source = Source::of(recording).map_err(|error| said(&error))?;
@@ -57,22 +57,39 @@ impl Import {
         let graph = reader.ros2();
         let threads = Threads::new(graph, path, file);
         let system = System { graph, times: times.0, paths, threads, controllers };
-        if system.executed().next().is_none() {
-            return Err(format!("{}: no callback of ROS 2 was executed in it", first.display()));
+        match recordings.first() {
+            Some(first) if !system.has_recording() => {
+                return Err(format!("{}: no callback of ROS 2 was executed in it", first.display()));
+            }
+            None if system.controllers.is_empty() => {
+                return Err("name a recording, too: a folder that `ros2 trace` has written".to_owned());
+            }
+            _ => {}
         }
-        let mut text = table(&system) + &summary(&system);
+        let mut text = String::new();
+        if system.has_recording() {
+            text += &(table(&system) + &counts(&system));
+        }
+        text.extend(unknown::lines(&system).into_iter().map(|line| line + "\n"));
         let mut code = 0;
         if let Some(folder) = &self.output {
             text += &written(folder, &system)?;
-            match import_recordings(&recordings, &folder.join(SAMPLES)) {
-                Ok(_) => {
-                    let all = std::iter::once(&system.threads.path).chain(&system.controllers);
+            let added =
+                (!recordings.is_empty()).then(|| import_recordings(&recordings, &folder.join(SAMPLES)));
+            match added.transpose() {
+                Ok(added) => {
+                    let controllers = system.controllers.iter().map(|it| &it.0);
+                    let all = std::iter::once(&system.threads.path).chain(controllers);
                     for path in all.filter(|it| it.starts_with("..")) {
                         text += &format!(
                             "`{path}` is not in the project: unless both are in one repository, commands read it only with --allow-outside\n"
                         );
                     }
-                    text += &next(folder);
+                    if added.is_some() {
+                        text += &format!("added the executions to {}\n", folder.join(SAMPLES).display());
+                    }
+                    let of = argument(folder);
+                    text += &format!("Next: mauve check {of}; mauve tune --priorities --cpus {of}\n");
                 }
                 Err(message) => {
                     say(&message);
@@ -91,8 +108,7 @@ impl Import {
 struct ReadFiles {
     paths: Vec<NamedPath>,
     threads: Option<(String, ThreadsFile)>,
-    /// Those of files of ros2_control.
-    controllers: Vec<String>,
+    controllers: Vec<(String, ControllersFile)>,
 }
 
 /// Reads files of CARET, of threads and of ros2_control.
@@ -129,7 +145,7 @@ fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<ReadFiles, Str
             }
             found.threads = Some((path_of(file), read));
         } else if !controllers.managers.is_empty() {
-            found.controllers.push(path_of(file));
+            found.controllers.push((path_of(file), controllers));
         } else if paths.is_empty() {
             say(&format!("`{shown}` has no `callback_groups`, no controller manager and no `named_paths`"));
         }
@@ -156,15 +172,6 @@ fn written(folder: &Path, system: &System<'_>) -> Result<String, String> {
     Ok(text)
 }
 
-/// Says what to do with a project.
-fn next(folder: &Path) -> String {
-    let (of, samples) = (argument(folder), folder.join(SAMPLES));
-    format!(
-        "added the executions to {}\nNext: mauve check {of}; mauve tune --priorities --cpus {of}\n",
-        samples.display()
-    )
-}
-
 fn table(system: &System<'_>) -> String {
     let all: Vec<_> = system.executed().collect();
     let has_priority = all.iter().any(|(_, it, _)| it.priority.is_some());
@@ -184,15 +191,13 @@ fn table(system: &System<'_>) -> String {
         .text()
 }
 
-/// Counts the callbacks, and explains the figures and what the recording lacks, each in a line.
-fn summary(system: &System<'_>) -> String {
+/// Counts the callbacks.
+fn counts(system: &System<'_>) -> String {
     let executions: u64 = system.executed().map(|(.., times)| times.count).sum();
-    let mut text = format!(
+    format!(
         "{} in {}, {executions} executions; {} of timers\n",
         counted(system.executed().count(), "callback"),
         counted(system.graph.nodes.len(), "node"),
         system.executed().filter(|(_, it, _)| matches!(it.release, Ros2Release::Timer(_))).count(),
-    );
-    text.extend(unknown::lines(system).into_iter().map(|line| line + "\n"));
-    text
+    )
 }

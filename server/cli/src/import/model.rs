@@ -9,6 +9,7 @@ use mauve_projects::harmless::harmless_line;
 use mauve_pwcet::trace::{ROS2_LIBRARY, RecordedThread, Ros2Callback, Ros2Release, ros2_identifier};
 use mauve_timing::Time;
 
+use super::control::ControlThread;
 use super::recorded::{MOST_WRITES, System, released_by};
 use super::threads::{self, THREADS};
 use super::unknown;
@@ -21,7 +22,8 @@ pub(super) fn files(system: &System<'_>) -> Vec<(&'static str, String)> {
     let (model, chains) = Model::of(system);
     let threads = model.new_threads();
     let own = (system.threads.file.is_some() || !threads.is_empty()).then_some(&system.threads.path);
-    let paths: Vec<String> = own.into_iter().chain(&system.controllers).cloned().collect();
+    let paths: Vec<String> =
+        own.into_iter().chain(system.controllers.iter().map(|it| &it.0)).cloned().collect();
     let mut files = vec![
         ("mauve.toml", configuration(system, &paths) + &chains),
         ("system.mal", model.text()),
@@ -35,13 +37,18 @@ pub(super) fn files(system: &System<'_>) -> Vec<(&'static str, String)> {
 
 /// Returns the number of CPUs.
 fn cpus(system: &System<'_>) -> u32 {
-    system.graph.last_cpu.max(system.threads.last_cpu()).map_or(1, |it| it.min(127) + 1)
+    let managers = system.controllers.iter().flat_map(|it| &it.1.managers);
+    let all = managers.flat_map(|it| it.controllers.iter().map(|it| &it.affinity).chain([&it.affinity]));
+    let last = all.filter_map(|it| it.known()?.iter().last()).max();
+    system.graph.last_cpu.max(system.threads.last_cpu()).max(last).map_or(1, |it| it.min(127) + 1)
 }
 
 fn configuration(system: &System<'_>, threads: &[String]) -> String {
     let cpus = cpus(system);
     let paths: toml_edit::Array = threads.iter().map(String::as_str).collect();
     let threads = if threads.is_empty() { String::new() } else { format!("threads = {paths}\n") };
+    let observed =
+        if system.has_recording() { format!("observed = [\"{OBSERVED}\"]\n") } else { String::new() };
     format!(
         r#"# A system of ROS 2: see README.md.
 
@@ -50,10 +57,9 @@ root = "system.mal"
 
 [timing]
 tables = ["timing.toml"]
-observed = ["{OBSERVED}"]
-
+{observed}
 [platform]
-# Callbacks began on these.
+# At least these.
 cpus = {cpus}
 {threads}
 # What the topics carry: a recording does not say it.
@@ -132,6 +138,7 @@ struct Model<'a> {
     parts: Vec<Part<'a>>,
     /// The ports of [`OUTSIDE`].
     outside: BTreeSet<String>,
+    control: Vec<ControlThread>,
     system: &'a System<'a>,
 }
 
@@ -157,7 +164,9 @@ impl<'a> Model<'a> {
         parts.iter_mut().zip(inputs).for_each(|(part, inputs)| part.inputs = inputs);
         let all = parts.iter().flat_map(|it| &it.inputs);
         let outside = all.filter(|it| it.1.part.is_none()).map(|it| it.1.port.clone()).collect();
-        let mut model = Model { parts, outside, system };
+        names.extend(system.executed().map(|it| it.1.name.clone()).chain([OUTSIDE[0].to_owned()]));
+        let control = system.controllers.iter().flat_map(|it| ControlThread::of(&it.1, &mut names)).collect();
+        let mut model = Model { parts, outside, control, system };
         model.set_deadlines();
         model.set_threads();
         let chains = system.paths.iter().map(|path| model.chain(path)).collect();
@@ -294,6 +303,7 @@ impl<'a> Model<'a> {
         for part in &self.parts {
             part.write(&mut text, self.system);
         }
+        text.extend(self.control.iter().map(ControlThread::component));
         let [outside, component] = OUTSIDE;
         if !self.outside.is_empty() {
             let ports = self.outside.iter().map(|it| format!("output port {it}: Message"));
@@ -311,6 +321,7 @@ impl<'a> Model<'a> {
         for part in &self.parts {
             let _ = writeln!(text, "    instance {}: {}", part.callback.name, part.component);
         }
+        text.extend(self.control.iter().map(ControlThread::instance));
         if !self.outside.is_empty() {
             let _ = writeln!(text, "    instance {outside}: {component}");
         }
@@ -346,7 +357,7 @@ impl<'a> Model<'a> {
                 text += &part.activity(place, self.system);
             }
             self.end_deployment(&mut text);
-        } else if self.parts.iter().any(|part| recorded(part) == 0) {
+        } else if self.parts.is_empty() || self.parts.iter().any(|part| recorded(part) == 0) {
             let what = "A thread with a priority for each callback group: `mauve tune` searches for better priorities, and for CPUs.";
             let ranks = self.ranks();
             self.deployment(&mut text, "Isolated", what, |part| {
@@ -405,6 +416,7 @@ impl<'a> Model<'a> {
     }
 
     fn end_deployment(&self, text: &mut String) {
+        text.extend(self.control.iter().map(ControlThread::activity));
         if !self.outside.is_empty() {
             let _ = writeln!(text, "    activity {} {{ priority = background }}", OUTSIDE[0]);
         }
@@ -577,13 +589,13 @@ impl<'a> Part<'a> {
 }
 
 /// Returns a name that is not known yet: the name itself, or the first one with a number.
-fn unique(name: &str, is_known: impl Fn(&str) -> bool) -> String {
+pub(super) fn unique(name: &str, is_known: impl Fn(&str) -> bool) -> String {
     let name = if name.is_empty() { "unnamed" } else { name };
     let numbered = (2..).map(|number| format!("{name}_{number}"));
     std::iter::once(name.to_owned()).chain(numbered).find(|it| !is_known(it)).unwrap_or_default()
 }
 
-fn camel_case(name: &str) -> String {
+pub(super) fn camel_case(name: &str) -> String {
     let word = |word: &str| {
         let mut letters = word.chars();
         letters.next().map(|first| first.to_ascii_uppercase().to_string() + letters.as_str())
@@ -601,6 +613,7 @@ fn comment(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use mauve_diagnostics::first_error;
+    use mauve_hir::ros2_files::read_controllers;
     use mauve_hir::{Database, Workspace, projects};
     use mauve_pwcet::trace::{Ros2Graph, Ros2Messages, Ros2Publisher};
     use proptest::prelude::*;
@@ -637,6 +650,37 @@ mod tests {
         graph
     }
 
+    const CONTROLLERS: &str = "controller_manager:
+  ros__parameters:
+    update_rate: 500
+    joints: { type: broadcasters/Joints }
+    in: { type: controllers/Slow }
+    'a\"}': { type: controllers/Odd }
+    plan: { type: controllers/Plan }
+in: { ros__parameters: { update_rate: 100, is_async: true, async_parameters: { cpu_affinity: [4] } } }
+plan: { ros__parameters: { update_rate: 100 } }
+arm: { controller_manager: { ros__parameters: { joints: { type: broadcasters/Joints } } } }
+";
+
+    #[test]
+    fn a_control_loop_executes_its_controllers() {
+        let (files, errors) = checked(&Ros2Graph::default(), Vec::new());
+        assert_eq!(errors, Vec::<String>::new());
+        let model = &files["system.mal"];
+        for expected in [
+            "update = { controller_manager_read(); joints_update(); a___update(); plan_update(); controller_manager_write(); }",
+            "update = { in_update(); }",
+            "update = { arm_controller_manager_read(); arm_joints_update(); arm_controller_manager_write(); }",
+            "activity controller_manager { thread = \"/controller_manager\" }",
+            "activity in_async { thread = \"/in\" }",
+            "activity arm_controller_manager { thread = \"/arm/controller_manager\" }",
+        ] {
+            assert!(model.contains(expected), "{expected}: {model}");
+        }
+        let config = &files["mauve.toml"];
+        assert!(config.contains("cpus = 5") && !config.contains("observed"), "{config}");
+    }
+
     /// Returns the files, and the errors in them.
     fn checked(graph: &Ros2Graph, paths: Vec<NamedPath>) -> (BTreeMap<&'static str, String>, Vec<String>) {
         let mut times = Times::default();
@@ -644,14 +688,14 @@ mod tests {
             times.0.entry(callback.name.clone()).or_default();
         }
         let threads = Threads::new(graph, THREADS.to_owned(), None);
+        let controllers = vec![("controllers.yaml".to_owned(), read_controllers(CONTROLLERS))];
         let files: BTreeMap<_, _> =
-            files(&System { graph, times: times.0, paths, threads, controllers: Vec::new() })
-                .into_iter()
-                .collect();
+            files(&System { graph, times: times.0, paths, threads, controllers }).into_iter().collect();
         let db = Database::default();
         let texts = ["mauve.toml", "system.mal", "timing.toml"].map(|it| (it, files[it].clone()));
         let texts = texts.into_iter().chain([(OBSERVED, "unit = \"ms\"\n".to_owned())]);
         let texts = texts.chain(files.get(THREADS).map(|it| (THREADS, it.clone())));
+        let texts = texts.chain([("controllers.yaml", CONTROLLERS.to_owned())]);
         let workspace =
             Workspace::of_texts(&db, "/".into(), texts.map(|(name, text)| (format!("/{name}").into(), text)));
         let projects = projects(&db, workspace);

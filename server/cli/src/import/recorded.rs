@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use mauve_hir::ros2_files::NamedPath;
+use mauve_hir::ros2_files::{ControllersFile, NamedPath};
 use mauve_pwcet::trace::{Ros2Callback, Ros2Graph, Ros2Release, Span, SpanKind, SpanNames, Visitor};
 
 use super::threads::Threads;
@@ -21,8 +21,8 @@ pub(super) struct System<'a> {
     pub(super) paths: Vec<NamedPath>,
     /// The file of threads that is named, or that is written.
     pub(super) threads: Threads,
-    /// The paths of files of ros2_control, from the folder of the project.
-    pub(super) controllers: Vec<String>,
+    /// The files of ros2_control, with their paths from the folder of the project.
+    pub(super) controllers: Vec<(String, ControllersFile)>,
 }
 
 /// The execution times of a callback.
@@ -86,6 +86,11 @@ impl System<'_> {
     pub(super) fn has_thread(&self, callback: &Ros2Callback) -> bool {
         let executor = callback.group.and_then(|it| self.graph.executors.get(self.graph.executor_of(it)?));
         callback.threads.len() == 1 && executor.is_none_or(|it| !it.contains("multi_threaded"))
+    }
+
+    /// Whether callbacks were executed.
+    pub(super) fn has_recording(&self) -> bool {
+        self.executed().next().is_some()
     }
 
     /// Returns whether only the elapsed time of some executions is known.

@@ -11,12 +11,12 @@ use crate::text::counted;
 pub(super) fn lines(system: &System<'_>) -> Vec<String> {
     let graph = system.graph;
     let mut lines = Vec::new();
-    lines.push(match system.has_elapsed() {
+    lines.extend(system.has_recording().then(|| match system.has_elapsed() {
         true => "times are elapsed ones, from begin to end, with what preempted the thread meanwhile: the recording lacks the events \
                  sched_switch of these threads. They are observed, not proved"
             .to_owned(),
         false => "times are CPU times of the threads, by the events sched_switch. They are observed, not proved".to_owned(),
-    });
+    }));
     let shared = system.executed().filter(|(_, it, _)| !system.has_thread(it)).count();
     if shared > 0 {
         lines.push(format!(
@@ -51,9 +51,11 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
         ));
     }
     if !system.controllers.is_empty() {
+        let files: Vec<&str> = system.controllers.iter().map(|it| it.0.as_str()).collect();
         lines.push(format!(
-            "not in the project: what the control loop of {} executes. Give it an activity with `thread = \"/controller_manager\"`",
-            system.controllers.join(", "),
+            "not known: the times of the codels of {}. Measure them, and give them in timing.toml. A control loop executes each of its \
+             controllers in each cycle, also one with a lower rate: it is due no more often",
+            files.join(", "),
         ));
     }
     let services = count(&|release, _| matches!(release, Ros2Release::Service(_)));
