@@ -1,9 +1,7 @@
 //! `mauve trace import`: files of executions become runs of a sample file.
 
-use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 use mauve_tests::{Run, mauve, scratch, test_name, write};
 
@@ -208,60 +206,6 @@ fn lines_out_of_order_are_warned_of() {
         "{}",
         run.err
     );
-}
-
-/// Waits until the sample file has grown by what the import has read, or a minute has passed.
-fn wait_until(what: impl Fn() -> bool) {
-    let begin = Instant::now();
-    while !what() {
-        assert!(begin.elapsed() < Duration::from_secs(60), "the import does not end");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
-#[test]
-fn a_growing_file_is_followed_to_its_end() {
-    let folder = folder(&[("run/executions.csv.partial", HEADER)]);
-    let partial = folder.join("run/executions.csv.partial");
-    let mut child = Command::new(MAUVE);
-    child.args(["trace", "import", "--watch", "run", "-o", "robot.samples"]).current_dir(&folder);
-    let child = child.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    wait_until(|| folder.join("robot.samples").exists());
-    let mut file = std::fs::OpenOptions::new().append(true).open(&partial).unwrap();
-    // A line that is written in two parts.
-    for part in ["f,1000,a,1100,5000\nf,2", "000,a,2100,9000\n", "f,3000,a,3100,12000\n"] {
-        file.write_all(part.as_bytes()).unwrap();
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    std::fs::rename(&partial, folder.join("run/executions.csv")).unwrap();
-    let output = child.wait_with_output().unwrap();
-    let out = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{out} {}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(lines(&out)[1], "f a 3 1.000 µs 2.000 µs 3.000 µs");
-    // The complete file has the same executions.
-    assert_eq!(import(&folder, &["run"]).code, 2);
-}
-
-#[test]
-fn an_interrupted_watch_keeps_the_complete_lines() {
-    let text = format!("{HEADER}f,1000,a,1100,5000\nf,20");
-    let folder = folder(&[("run.csv", text.as_str())]);
-    let mut child = Command::new(MAUVE);
-    child.args(["trace", "import", "--watch", "run.csv", "-o", "robot.samples"]).current_dir(&folder);
-    let child = child.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let signals = format!("/proc/{}/status", child.id());
-    // Its handler of SIGINT is there: a bit of the mask of caught signals.
-    wait_until(|| {
-        let status = std::fs::read_to_string(&signals).unwrap();
-        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
-        u64::from_str_radix(caught.trim(), 16).unwrap() & 2 != 0
-    });
-    std::thread::sleep(Duration::from_millis(500));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    let out = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(0), "{out} {}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(lines(&out)[1], "f a 1 1.000 µs 1.000 µs 1.000 µs");
 }
 
 /// A limit of the size of files, in blocks of 512 bytes, is as a disk that is full.

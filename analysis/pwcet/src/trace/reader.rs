@@ -72,7 +72,6 @@ impl TraceReader {
                 let size = file.metadata().map_err(|error| TraceError::io(executions, error))?.len();
                 csv::read(file, periods, Some(size), &mut self.names, &mut self.summary, visitor)
             }
-            Source::Growing { partial, .. } => Err(TraceError::Unfinished(partial.clone())),
             Source::Ctf { chunks, .. } => {
                 for chunk in chunks {
                     self.read_chunk(chunk, visitor)?;

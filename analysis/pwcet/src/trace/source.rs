@@ -1,6 +1,5 @@
 //! What a path of a trace is: a file of executions, the folder of `mauve run --trace`, or a folder of LTTng.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::error::TraceError;
@@ -27,13 +26,6 @@ pub enum Source {
         /// The file of periods.
         periods: Option<PathBuf>,
     },
-    /// A file of executions that a program is still writing.
-    Growing {
-        /// Its present path.
-        partial: PathBuf,
-        /// Its path when it is complete.
-        complete: PathBuf,
-    },
     /// A folder that LTTng has written.
     Ctf {
         /// Folders of the common trace format, in the order of time.
@@ -48,27 +40,26 @@ impl Source {
     ///
     /// # Errors
     ///
-    /// The path cannot be read, or is not a trace.
+    /// The path cannot be read, is not a trace, or is a file of executions that a program is still writing.
     pub fn of(path: &Path) -> Result<Source, TraceError> {
         let metadata = path.metadata().map_err(|error| TraceError::io(path, error))?;
         if !metadata.is_dir() {
-            let name = path.to_string_lossy();
-            return Ok(match name.strip_suffix(PARTIAL) {
-                Some(complete) => Source::Growing { partial: path.to_owned(), complete: complete.into() },
-                None => Source::Csv { executions: path.to_owned(), periods: None },
-            });
+            return match path.to_string_lossy().ends_with(PARTIAL) {
+                true => Err(TraceError::Unfinished(path.to_owned())),
+                false => Ok(Source::Csv { executions: path.to_owned(), periods: None }),
+            };
         }
         let complete = path.join(EXECUTIONS);
         // Beside it, a complete file is of an earlier recording.
         let partial = path.join(format!("{EXECUTIONS}{PARTIAL}"));
         if partial.is_file() {
-            return Ok(Source::Growing { partial, complete });
+            return Err(TraceError::Unfinished(partial));
         }
         if complete.is_file() {
             let periods = Some(path.join(PERIODS)).filter(|it| it.is_file());
             return Ok(Source::Csv { executions: complete, periods });
         }
-        let (chunks, is_recording) = Source::new_chunks(path, &BTreeSet::new())?;
+        let (chunks, is_recording) = chunks(path)?;
         if !chunks.is_empty() || is_recording {
             return Ok(Source::Ctf { chunks, is_recording });
         }
@@ -77,37 +68,31 @@ impl Source {
             false => Err(TraceError::NotATrace),
         }
     }
+}
 
-    /// Returns the complete chunks of a session with rotation that are not among the `known` ones, and whether a later one is being
-    /// recorded. Does not look into the known ones: a long session has thousands.
-    ///
-    /// ```text
-    /// archives/20261123T025748+0000-20261123T025749+0000-0    complete: LTTng moves it here at the end
-    /// 20261123T025750+0000-2                                  being recorded
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// A folder cannot be read.
-    pub fn new_chunks(session: &Path, known: &BTreeSet<PathBuf>) -> Result<(Vec<PathBuf>, bool), TraceError> {
-        let mut found: Vec<(u64, PathBuf)> = Vec::new();
-        let archives = session.join("archives");
-        if !archives.is_dir() {
-            return Ok((Vec::new(), false));
-        }
-        for entry in entries(&archives)? {
-            if let Some((_, number)) = chunk(&entry).filter(|(times, _)| *times == 2)
-                && !known.contains(&entry)
-                && has_metadata(&entry, DEEPEST)?
-            {
-                found.push((number, entry));
-            }
-        }
-        found.sort();
-        let is_open = |entry: &PathBuf| chunk(entry).is_some_and(|(times, _)| times == 1);
-        let is_recording = entries(session)?.iter().any(is_open);
-        Ok((found.into_iter().map(|(_, path)| path).collect(), is_recording))
+/// Returns the complete chunks of a session with rotation, and whether a later one is being recorded.
+///
+/// ```text
+/// archives/20261123T025748+0000-20261123T025749+0000-0    complete: LTTng moves it here at the end
+/// 20261123T025750+0000-2                                  being recorded
+/// ```
+fn chunks(session: &Path) -> Result<(Vec<PathBuf>, bool), TraceError> {
+    let mut found: Vec<(u64, PathBuf)> = Vec::new();
+    let archives = session.join("archives");
+    if !archives.is_dir() {
+        return Ok((Vec::new(), false));
     }
+    for entry in entries(&archives)? {
+        if let Some((_, number)) = chunk(&entry).filter(|(times, _)| *times == 2)
+            && has_metadata(&entry, DEEPEST)?
+        {
+            found.push((number, entry));
+        }
+    }
+    found.sort();
+    let is_open = |entry: &PathBuf| chunk(entry).is_some_and(|(times, _)| times == 1);
+    let is_recording = entries(session)?.iter().any(is_open);
+    Ok((found.into_iter().map(|(_, path)| path).collect(), is_recording))
 }
 
 /// Returns how many times the name of a chunk has, and its number: `TIME-NUMBER` or `TIME-TIME-NUMBER`.
@@ -179,9 +164,9 @@ mod tests {
         );
         let open = folder("open", &["executions.csv.partial"]);
         let partial = open.join("executions.csv.partial");
-        let growing = Source::Growing { partial: partial.clone(), complete: open.join("executions.csv") };
-        assert_eq!(Source::of(&open).unwrap(), growing);
-        assert_eq!(Source::of(&partial).unwrap(), growing);
+        for path in [&open, &partial] {
+            assert!(matches!(Source::of(path), Err(TraceError::Unfinished(it)) if it == partial));
+        }
         for folder in [run, open] {
             std::fs::remove_dir_all(folder).unwrap();
         }

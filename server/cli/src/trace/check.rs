@@ -157,14 +157,7 @@ pub(super) fn read(
     reader: &mut TraceReader,
     visitor: &mut dyn mauve_pwcet::trace::Visitor,
 ) -> Result<(), String> {
-    let said = |error: TraceError| match error {
-        TraceError::Unfinished(path) => format!(
-            "`{}` is incomplete: the program that records it still runs, or did not end properly; wait for its end, or copy the \
-             file to a name that ends in `.csv`: an incomplete last line is not used",
-            path.display()
-        ),
-        error => trace_error(trace, &error),
-    };
+    let said = |error: TraceError| trace_error(trace, &error);
     let source = Source::of(trace).map_err(said)?;
     if let Source::Ctf { chunks, is_recording: true } = &source {
         if chunks.is_empty() {

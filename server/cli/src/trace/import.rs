@@ -1,15 +1,11 @@
 //! `mauve trace import TRACE… -o SAMPLES`: adds the execution times in recorded traces to a sample file.
 
-mod follow;
 pub(super) mod messages;
 mod observed;
 mod recorder;
 mod table;
-mod watch;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use mauve_projects::destination::destination;
@@ -34,10 +30,6 @@ pub struct TraceImport {
     /// The sample file: the runs are added to those that it has.
     #[arg(short, long, value_name = "SAMPLES", value_hint = clap::ValueHint::FilePath)]
     output: PathBuf,
-    /// Import a TRACE while it is recorded, until the recording ends or Ctrl-C: a file of executions that grows, or the chunks
-    /// of a session of LTTng, which needs `lttng enable-rotation`.
-    #[arg(long)]
-    watch: bool,
     /// List the executions of programs, too.
     #[arg(long)]
     programs: bool,
@@ -45,11 +37,6 @@ pub struct TraceImport {
 
 impl TraceImport {
     pub(crate) fn run(self) -> Result<Output, String> {
-        if self.watch && self.traces.len() > 1 {
-            return Err(
-                "--watch follows one TRACE: start a command for each, with its own sample file".to_owned()
-            );
-        }
         let place = destination(&self.output)?;
         let writer = SamplesWriter::open(&place).map_err(|error| samples_error(&self.output, &error))?;
         if writer.removed_bytes() > 0 {
@@ -64,14 +51,8 @@ impl TraceImport {
             writer,
             imported: Imported::default(),
             memory: Memory::default(),
-            watches: self.watch,
-            stop: Arc::new(AtomicBool::new(false)),
         };
-        let result = match self.traces.as_slice() {
-            [trace] if self.watch => session.watch(trace),
-            traces => traces.iter().try_for_each(|trace| session.import(trace)),
-        };
-        match result {
+        match self.traces.iter().try_for_each(|trace| session.import(trace)) {
             // Nothing was imported; an earlier version may have imported it without the file of what was observed.
             Err(message) if session.imported.runs == 0 => {
                 session.memory.write(&self.output)?;
@@ -91,7 +72,7 @@ impl TraceImport {
 /// Adds recordings to a sample file. Returns the table of their executions.
 pub(crate) fn import_recordings(traces: &[PathBuf], output: &Path) -> Result<Output, String> {
     let (traces, output) = (traces.to_vec(), output.to_owned());
-    TraceImport { traces, output, watch: false, programs: false }.run()
+    TraceImport { traces, output, programs: false }.run()
 }
 
 /// An open sample file, and what was added to it.
@@ -101,10 +82,6 @@ struct Session {
     imported: Imported,
     /// What the traces showed, for the file beside the sample file.
     memory: Memory,
-    /// Whether the traces are being recorded.
-    watches: bool,
-    /// Whether the user wants the command to end.
-    stop: Arc<AtomicBool>,
 }
 
 /// What became of a run.
@@ -183,12 +160,12 @@ impl Session {
         name: &str,
         is_last: bool,
         read: impl FnOnce(&mut TraceReader, &mut Recorder<'_>) -> Result<(), TraceError>,
-    ) -> Result<RunOutcome, String> {
+    ) -> Result<(), String> {
         let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         let output = self.output.clone();
         let said = |error: SamplesError| samples_error(&output, &error);
         self.writer.begin(name, date).map_err(said)?;
-        let mut recorder = Recorder::new(&mut self.writer, &mut of.observation, name, self.watches);
+        let mut recorder = Recorder::new(&mut self.writer, &mut of.observation, name);
         let result = read(&mut of.reader, &mut recorder);
         let (series, error) = recorder.finish();
         if let Some(error) = error {
@@ -220,7 +197,7 @@ impl Session {
             RunOutcome::Known(run) => runs.get(run).map(Run::digest),
             RunOutcome::Empty => None,
         });
-        Ok(outcome)
+        Ok(())
     }
 
     /// Keeps what a trace showed, and says what of it was not imported, and why. Returns what became of its runs.

@@ -31,8 +31,8 @@ pub(crate) fn trace_error(trace: &Path, error: &TraceError) -> String {
             "`{shown}` is not a trace: the folder has neither `executions.csv` of `mauve run --trace` nor a file `metadata` of LTTng"
         ),
         TraceError::Unfinished(path) => format!(
-            "`{}` is incomplete: the program that records it still runs, or did not end properly; wait for its end, follow it \
-             with --watch, or copy the file to a name that ends in `.csv`: an incomplete last line is not used",
+            "`{}` is incomplete: the program that records it still runs, or did not end properly; wait for its end, or \
+             copy the file to a name that ends in `.csv`: an incomplete last line is not used",
             path.display()
         ),
         TraceError::Recording => format!(
@@ -164,7 +164,7 @@ pub(super) fn known_chunks(trace: &Path, count: usize) -> String {
 /// Returns the message for a session that goes on.
 pub(in crate::trace) fn still_recording(trace: &Path) -> String {
     format!(
-        "LTTng still records `{}`: only its complete chunks are imported; import it again after `lttng destroy`, or use --watch",
+        "LTTng still records `{}`: only its complete chunks are imported; import it again later: it adds the new ones",
         trace.display()
     )
 }
@@ -228,23 +228,4 @@ pub(in crate::trace) fn cut(name: &str, it: &Totals) -> Option<String> {
             executions(it.spans)
         )
     })
-}
-
-/// Returns the message for a session of LTTng without chunks.
-pub(super) fn waiting_for_chunk(trace: &Path) -> String {
-    format!(
-        "waiting for the first chunk of `{}`: LTTng completes one at each rotation, such as with `lttng enable-rotation --timer 10s`; \
-         a session without rotation cannot be read while it is recorded",
-        trace.display()
-    )
-}
-
-/// Returns the message for a session that completed no chunk until the user ended the command.
-pub(super) fn no_chunk(trace: &Path) -> String {
-    format!("`{}` completed no chunk: import it without --watch, after `lttng destroy`", trace.display())
-}
-
-/// Returns the message for a recording that was given up.
-pub(super) fn abandoned(trace: &Path) -> String {
-    format!("the program that recorded `{}` has removed it: nothing was added", trace.display())
 }

@@ -23,8 +23,6 @@ pub(super) struct Recorder<'a> {
     series: BTreeMap<NameId, (SeriesId, ImportedSeries)>,
     error: Option<SamplesError>,
     is_terminal: bool,
-    /// How many executions came so far, of a recording that goes on.
-    followed: Option<u64>,
     shown: Option<Instant>,
     begun: Instant,
 }
@@ -34,7 +32,6 @@ impl<'a> Recorder<'a> {
         writer: &'a mut SamplesWriter,
         observation: &'a mut Observation,
         name: &'a str,
-        is_followed: bool,
     ) -> Recorder<'a> {
         Recorder {
             writer,
@@ -43,7 +40,6 @@ impl<'a> Recorder<'a> {
             series: BTreeMap::new(),
             error: None,
             is_terminal: io::stderr().is_terminal(),
-            followed: is_followed.then_some(0),
             shown: None,
             begun: Instant::now(),
         }
@@ -90,12 +86,6 @@ impl<'a> Recorder<'a> {
 
 impl Visitor for Recorder<'_> {
     fn span(&mut self, span: &Span, names: &SpanNames) -> ControlFlow<()> {
-        // While a recording goes on, few executions come in a second.
-        if let Some(count) = &mut self.followed {
-            *count += 1;
-            let count = *count;
-            self.show(|| format!("{count} executions"));
-        }
         match self.add(span, names) {
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {

@@ -50,7 +50,8 @@ impl Imported {
     /// Adds a run.
     pub(super) fn add(&mut self, series: &[ImportedSeries], summary: &Totals) {
         self.runs += 1;
-        self.cut(summary);
+        // What was open when the recording began or ended.
+        self.cut += summary.cut_at_start + summary.cut_at_end;
         for it in series {
             let all =
                 self.series.entry(it.name.clone()).or_insert_with(|| ImportedSeries::new(it.name.clone()));
@@ -59,11 +60,6 @@ impl Imported {
             all.least = all.least.min(it.least);
             all.greatest = all.greatest.max(it.greatest);
         }
-    }
-
-    /// Counts what was open when the recording ended.
-    pub(super) fn cut(&mut self, summary: &Totals) {
-        self.cut += summary.cut_at_start + summary.cut_at_end;
     }
 
     /// Returns the executions in a table, and how many the file has. Lists programs only if they are wanted: there are many.
