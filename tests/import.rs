@@ -37,8 +37,8 @@ fn executions(out: &str) -> BTreeMap<String, Vec<u64>> {
     all
 }
 
-/// Records the program. Returns the recorder, whose only session it is, and what the program said.
-pub(crate) fn record_callbacks() -> (Recorder, String) {
+/// Begins to record the program, which is not started.
+fn begin_to_record() -> (Recorder, PathBuf) {
     let mut recorder = Recorder::start();
     let program = recorder.folder().join("callbacks");
     let mut compile = Command::new(COMPILERS[0]);
@@ -46,6 +46,12 @@ pub(crate) fn record_callbacks() -> (Recorder, String) {
     compile.arg(source("callbacks.cpp")).arg("-o").arg(&program).args(["-llttng-ust", "-ldl", "-pthread"]);
     run(&mut compile);
     recorder.record_events("ros2*", &["vpid", "vtid", "procname"]);
+    (recorder, program)
+}
+
+/// Records the program. Returns the recorder, whose only session it is, and what the program said.
+pub(crate) fn record_callbacks() -> (Recorder, String) {
+    let (recorder, program) = begin_to_record();
     let said = run(&mut recorder.command(&program));
     recorder.stop();
     (recorder, said)
@@ -171,6 +177,23 @@ fn orocos_callbacks_that_were_recorded_are_a_project() {
     assert!(second.has("kept robot/system.mal") && second.err.contains("was imported into"), "{second:?}");
     assert_eq!(std::fs::read_to_string(&model).unwrap(), edited);
     assert_eq!(Samples::open(&folder.join("robot/recorded.samples")).unwrap().runs().len(), 1);
+}
+
+#[test]
+fn orocos_a_session_is_imported_while_it_is_recorded() {
+    let (recorder, program) = begin_to_record();
+    let (session, folder) = (recorder.output().display().to_string(), recorder.folder());
+    let import = || mauve(BINARY, folder, &["trace", "import", &session, "-o", "robot.samples"]);
+    run(&mut recorder.command(&program));
+    recorder.rotate();
+    let first = import();
+    assert!(first.code == 0 && first.err.contains("LTTng still records"), "{first:?}");
+    assert!(first.has("ros.hand_on_arm_seen") && first.has("1 run"), "{first:?}");
+    run(&mut recorder.command(&program));
+    recorder.end();
+    let second = import();
+    assert!(second.code == 0 && second.err.contains("1 chunk was imported before"), "{second:?}");
+    assert_eq!(Samples::open(&folder.join("robot.samples")).unwrap().runs().len(), 2);
 }
 
 #[test]

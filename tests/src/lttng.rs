@@ -132,10 +132,20 @@ impl Recorder {
         self.must(&["start"]);
     }
 
-    /// Ends the recording; returns the recorded events in the order of time.
-    pub fn stop(&self) -> Vec<Event> {
+    /// Completes a chunk of the recording, and begins the next one.
+    pub fn rotate(&self) {
+        self.must(&["rotate"]);
+    }
+
+    /// Ends the recording. After a rotation, its events are in chunks.
+    pub fn end(&self) {
         self.must(&["stop"]);
         self.must(&["destroy"]);
+    }
+
+    /// Ends the recording; returns the recorded events in the order of time.
+    pub fn stop(&self) -> Vec<Event> {
+        self.end();
         let output = self.output();
         // A session without any program has no trace at all.
         if !output.join("ust").is_dir() {
