@@ -197,6 +197,31 @@ fn orocos_a_session_is_imported_while_it_is_recorded() {
 }
 
 #[test]
+fn a_controllers_file_alone_is_a_project() {
+    let folder = own_scratch("controllers");
+    let controllers = "controller_manager:
+  ros__parameters:
+    update_rate: 500
+    cpu_affinity: [1]
+    joints: { type: broadcasters/Joints }
+    planner: { type: arm_controllers/Planner }
+planner:
+  ros__parameters: { update_rate: 50, is_async: true, async_parameters: { thread_priority: 40, cpu_affinity: [1] } }
+";
+    write(&folder, &[("robot/controllers.yaml", controllers)]);
+    let import = mauve(BINARY, &folder, &["import", "robot/controllers.yaml", "-o", "robot"]);
+    assert!(import.code == 0 && import.has("wrote robot/system.mal"), "{import:?}");
+    assert!(import.has("not known: the times") && !import.has("executions"), "{import:?}");
+    let config = std::fs::read_to_string(folder.join("robot/mauve.toml")).unwrap();
+    let config = config + "[assume]\ncodel = \"0.1 ms\"\n";
+    write(&folder, &[("robot/mauve.toml", config.as_str())]);
+    // Read, one controller and write take 0.3 ms. They delay the planner, which begins up to a cycle late.
+    let check = mauve(BINARY, &folder, &["check", "robot"]);
+    assert!(check.code == 0 && check.has("0.3 / 2 ms") && check.has("2.4 / 19 ms"), "{check:?}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn what_is_no_recording_of_ros_2_is_refused() {
     let folder = own_scratch("import");
     std::fs::create_dir_all(folder.join("empty")).unwrap();

@@ -23,8 +23,24 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
+use crate::Time;
 use crate::time::least_common_multiple;
-use crate::{Needs, Time};
+
+/// Which of several ports need new data to release a task.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Needs {
+    /// One of them.
+    #[default]
+    Any,
+    /// Each of them.
+    All,
+    /// One of them, and each datum releases a job of its own at its arrival, as each message does a callback of ROS 2. They come no
+    /// closer together than the least distance.
+    Each,
+}
 
 /// A bound for the releases of a task, from those of its writers and their response times.
 /// [`Tasks::response_times`](crate::Tasks::response_times) computes it.

@@ -107,7 +107,7 @@ mod waits;
 mod worst_case;
 mod write_time;
 
-pub use arrivals::Arrivals;
+pub use arrivals::{Arrivals, Needs};
 pub use breakdown::Breakdown;
 pub use chain::{ChainBuffer, ChainLatency, ChainPart, ChainRule, ChainStep, NoLatency};
 pub use cpu_set::{CpuSet, sharing_cpus};
@@ -143,7 +143,7 @@ pub use task::{
     Analysis, Bound, Counted, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Order,
     Priority, Response, Status, Task, Waits, Window,
 };
-pub use tasks::{Needs, PortWriter, THROTTLING, TaskKind, TaskOperation, TaskTrigger, Tasks, name_of_other};
+pub use tasks::{PortWriter, THROTTLING, TaskKind, TaskOperation, TaskTrigger, Tasks, name_of_other};
 pub use time::{Rounding, Time, TimeError, Unit, greatest_common_divisor};
 pub use trace_bound::{TraceBound, worst_trace};
 pub use trigger::{ChainRelease, Distance, TriggerWriter, Triggers};

@@ -1,8 +1,6 @@
 //! What a deployment runs at one level: its activities, and what else delays them.
 
-use serde::{Deserialize, Serialize};
-
-use crate::{CpuSet, Demand, Lock, Priority, StateMachine, Task, Time};
+use crate::{CpuSet, Demand, Lock, Needs, Priority, StateMachine, Task, Time};
 
 /// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
 /// periods.
@@ -24,20 +22,6 @@ pub struct TaskOperation {
     pub time: Time,
     /// The operation that sends the calls, executed by the client: the index of an earlier one.
     pub during: Option<usize>,
-}
-
-/// Which of several ports need new data to release a task.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Needs {
-    /// One of them.
-    #[default]
-    Any,
-    /// Each of them.
-    All,
-    /// One of them, and each datum releases a job of its own at its arrival, as each message does a callback of ROS 2. They come no
-    /// closer together than the least distance.
-    Each,
 }
 
 /// The ports whose data releases a task.

@@ -2,6 +2,7 @@
 
 mod control;
 mod model;
+mod names;
 mod recorded;
 mod threads;
 mod unknown;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use mauve_hir::ros2_files::{Controller, ControllersFile, YamlValue};
 use mauve_pwcet::trace::ros2_identifier;
 
-use super::model::{camel_case, unique};
+use super::names::{camel_case, unique};
 
 /// A thread, and what it executes in a cycle.
 pub(super) struct ControlThread {

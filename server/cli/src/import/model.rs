@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 
 use mauve_diagnostics::all_of;
 use mauve_hir::ros2_files::{NamedPath, PathNode};
-use mauve_projects::harmless::harmless_line;
 use mauve_pwcet::trace::{ROS2_LIBRARY, RecordedThread, Ros2Callback, Ros2Release, ros2_identifier};
 use mauve_timing::Time;
 
 use super::control::ControlThread;
+use super::names::{camel_case, comment, unique};
 use super::recorded::{MOST_WRITES, System, released_by};
 use super::threads::{self, THREADS};
 use super::unknown;
@@ -71,7 +71,7 @@ header = "vector"
 }
 
 fn about(system: &System<'_>) -> String {
-    let mut text = "# A system of ROS 2, from a recording\n\n".to_owned();
+    let mut text = "# A system of ROS 2\n\n".to_owned();
     for line in unknown::lines(system) {
         let _ = writeln!(text, "- {line}");
     }
@@ -298,8 +298,7 @@ impl<'a> Model<'a> {
     }
 
     fn text(&self) -> String {
-        let mut text =
-            format!("// A system of ROS 2, from a recording: see README.md.\n\nlibrary {ROS2_LIBRARY} {{\n");
+        let mut text = format!("// A system of ROS 2: see README.md.\n\nlibrary {ROS2_LIBRARY} {{\n");
         for part in &self.parts {
             part.write(&mut text, self.system);
         }
@@ -586,28 +585,6 @@ impl<'a> Part<'a> {
         let _ = writeln!(text, "    update = {{ {} }}\n  }}", statements.join(" "));
         let _ = writeln!(text, "  component {component}({component}Shell, {component}Core)\n");
     }
-}
-
-/// Returns a name that is not known yet: the name itself, or the first one with a number.
-pub(super) fn unique(name: &str, is_known: impl Fn(&str) -> bool) -> String {
-    let name = if name.is_empty() { "unnamed" } else { name };
-    let numbered = (2..).map(|number| format!("{name}_{number}"));
-    std::iter::once(name.to_owned()).chain(numbered).find(|it| !is_known(it)).unwrap_or_default()
-}
-
-pub(super) fn camel_case(name: &str) -> String {
-    let word = |word: &str| {
-        let mut letters = word.chars();
-        letters.next().map(|first| first.to_ascii_uppercase().to_string() + letters.as_str())
-    };
-    let name: String = name.split('_').filter_map(word).collect();
-    if name.starts_with(|first: char| first.is_ascii_digit()) { format!("_{name}") } else { name }
-}
-
-/// Returns a text for a comment of one line, without letters that an editor or a terminal obeys.
-fn comment(text: &str) -> String {
-    let text: String = text.chars().take(120).collect();
-    harmless_line(&text).replace('\t', " ")
 }
 
 #[cfg(test)]
