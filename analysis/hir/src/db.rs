@@ -15,6 +15,7 @@ use crate::item_tree::{ItemTree, Name, Outline};
 use crate::lower::{LoweredNodes, lower};
 use crate::msg::Package;
 use crate::ranges::SourceMap;
+use crate::ros2_files::{KeptYaml, ThreadsFile};
 
 /// A text file: a model, a timing table or a `mauve.toml`.
 ///
@@ -59,7 +60,7 @@ impl File {
 
     /// Creates a copy of the file with another text in another database. It shares the tree of what the texts have in common.
     pub fn copied(self, db: &dyn ModelDb, to: &dyn ModelDb, text: Arc<str>) -> File {
-        let previous = db.trees().lock().get(&self).cloned();
+        let previous = lock(&db.trees().models).get(&self).cloned();
         let (path, problem) = (self.path(db).clone(), self.problem(db).clone());
         File::after(to, path, text, problem, Durability::LOW, previous.as_ref())
     }
@@ -196,10 +197,13 @@ pub trait ModelDb: salsa::Database {
     fn note_nodes(&self, nodes: usize);
 }
 
-/// The newest tree of each file and its lowered nodes, for incremental parsing and lowering. The cache is not an input of any
+/// The newest tree of each file and its lowered nodes, of models and of YAML files, for incremental parsing and lowering. The cache is not an input of any
 /// query: it changes only the time that a query takes, never its result.
 #[derive(Clone, Default)]
-pub struct Trees(Arc<Mutex<FxHashMap<File, KeptText>>>);
+pub struct Trees {
+    models: Arc<Mutex<FxHashMap<File, KeptText>>>,
+    yamls: Arc<Mutex<FxHashMap<File, KeptYaml>>>,
+}
 
 /// What is kept of a text.
 #[derive(Clone)]
@@ -233,22 +237,31 @@ impl KeptText {
 impl Trees {
     /// Returns the tree of this text of a file, and its lowered nodes.
     pub(crate) fn kept(&self, file: File, text: &Arc<str>) -> KeptText {
-        let previous = self.lock().get(&file).cloned();
+        let previous = lock(&self.models).get(&file).cloned();
         let kept = KeptText::new(text.clone(), previous.as_ref());
         self.keep(file, kept.clone());
         kept
     }
 
     fn keep(&self, file: File, kept: KeptText) {
-        let replaced = self.lock().insert(file, kept);
+        let replaced = lock(&self.models).insert(file, kept);
         // The lock is not held while a tree is freed.
         drop(replaced);
     }
 
-    /// The lock is held only for the map's operations, not while a text is parsed: a panic leaves no partial entry.
-    fn lock(&self) -> MutexGuard<'_, FxHashMap<File, KeptText>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Reads this text of a `threads.yaml`.
+    pub fn read_threads(&self, file: File, text: &Arc<str>) -> ThreadsFile {
+        let previous = lock(&self.yamls).remove(&file);
+        let kept = KeptYaml::new(text.clone(), previous);
+        let read = kept.threads();
+        lock(&self.yamls).insert(file, kept);
+        read
     }
+}
+
+/// The lock is held only for the map's operations, not while a text is parsed: a panic leaves no partial entry.
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The implementation of [`ModelDb`].

@@ -2,7 +2,7 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `yaml.rs` | a YAML file as a tree with places |
+//! | `yaml.rs`, `kept_yaml.rs` | a YAML file as a tree with places; the tree of the last text, for the next one |
 //! | `problem.rs`, `value.rs` | what is wrong in a file; values that are absent, unknown or known |
 //! | `threads.rs`, `group_id.rs` | `threads.yaml`: the threads of the callback-isolated executor; ids of callback groups |
 //! | `controllers.rs` | `controllers.yaml`: the control loop of ros2_control, and its controllers |
@@ -14,6 +14,7 @@
 mod controllers;
 mod edit;
 mod group_id;
+mod kept_yaml;
 mod named_paths;
 mod problem;
 mod threads;
@@ -26,6 +27,7 @@ pub use controllers::{
 };
 pub use edit::{EditRefusal, ThreadChange, YamlEdit, apply_edits, change_thread};
 pub use group_id::{GroupId, InvalidGroupId, is_timer};
+pub(crate) use kept_yaml::KeptYaml;
 pub use named_paths::{NamedPath, PathNode, read_named_paths};
 pub use problem::{ExpectedValue, FileProblem, FileProblemKind};
 pub use threads::{ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, read_threads};

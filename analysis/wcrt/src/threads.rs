@@ -9,7 +9,7 @@ use std::ops::Range;
 use mauve_hir::item_tree::{Activity, Field, Name};
 use mauve_hir::ros2_files::{
     ControllersFile, DEFAULT_THREAD_PRIORITY, DEFAULT_UPDATE_RATE, FileProblem, FileProblemKind, GroupId,
-    ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers, read_threads,
+    ThreadEntry, ThreadPlace, ThreadPolicy, ThreadsFile, YamlValue, read_controllers,
 };
 use mauve_hir::{FieldKind, FieldValue, File, Location, ModelDb, Workspace, config_file, platform_of};
 use mauve_syntax::keywords::ActivityField;
@@ -32,7 +32,7 @@ pub struct ThreadFile {
 /// Reads a file of threads.
 #[salsa::tracked(returns(ref))]
 pub fn threads_in(db: &dyn ModelDb, file: File) -> ThreadFile {
-    let threads = read_threads(file.text(db));
+    let threads = db.trees().read_threads(file, file.text(db));
     if threads.groups.is_empty() && threads.others.is_empty() {
         let controllers = read_controllers(file.text(db));
         if !controllers.managers.is_empty() {

@@ -24,7 +24,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::group_id::{GroupId, without_waitables};
 use super::problem::{ExpectedValue, FileProblem, FileProblemKind};
 use super::value::{ValueReader, YamlValue, cpus, is_null};
-use super::yaml::{Lookup, NodeId, parse};
+use super::yaml::{Lookup, NodeId, Yaml, parse};
 use crate::completeness::Completeness;
 
 /// A `threads.yaml`.
@@ -129,10 +129,14 @@ const KEYS: [&str; 8] = ["id", "policy", "priority", "nice", "affinity", "runtim
 
 /// Reads a `threads.yaml`.
 pub fn read_threads(text: &str) -> ThreadsFile {
-    let yaml = parse(text);
-    let mut reader = ValueReader { yaml: &yaml, problems: Vec::new() };
+    threads_of(&parse(text))
+}
+
+/// Reads the tree of a `threads.yaml`.
+pub(super) fn threads_of(yaml: &Yaml) -> ThreadsFile {
+    let mut reader = ValueReader { yaml, problems: Vec::new() };
     let mut file = ThreadsFile::default();
-    if let Some(root) = yaml.root().filter(|root| !is_null(&yaml, *root)) {
+    if let Some(root) = yaml.root().filter(|root| !is_null(yaml, *root)) {
         if yaml.mapping(root).is_none() {
             reader.wrong_kind("", ExpectedValue::Mapping, yaml.range(root));
         }
