@@ -197,8 +197,8 @@ pub trait ModelDb: salsa::Database {
     fn note_nodes(&self, nodes: usize);
 }
 
-/// The newest tree of each file and its lowered nodes, of models and of YAML files, for incremental parsing and lowering. The cache is not an input of any
-/// query: it changes only the time that a query takes, never its result.
+/// The newest tree of each model with its lowered nodes, and of each YAML file, for incremental parsing and lowering. The cache is not
+/// an input of any query: it changes only the time that a query takes, never its result.
 #[derive(Clone, Default)]
 pub struct Trees {
     models: Arc<Mutex<FxHashMap<File, KeptText>>>,

@@ -551,8 +551,8 @@ impl Ros2Callback {
     fn begins_late(&mut self, now: u64, published: Option<u64>, waited: u64) {
         let release = match self.release {
             Ros2Release::Timer(period) if period > 0 => {
-                // A timer leaves out what it missed.
-                let next = self.next.map_or(now, |next| next + now.saturating_sub(next) / period * period);
+                // A timer leaves out what it missed, and one that was stopped begins anew.
+                let next = self.next.filter(|next| now.saturating_sub(*next) < period).unwrap_or(now);
                 // Begins before it: the earlier ones were later than they seemed.
                 self.late = self.late.saturating_add(next.saturating_sub(now)).min(period);
                 self.next = Some(next.min(now).saturating_add(period));
@@ -810,8 +810,9 @@ mod tests {
         // Period 5: the second begin is 2 late, and so was the first one if the third one is not.
         assert_eq!(late(&timer(&[100, 107, 110])), [ms(2), 0]);
         assert_eq!(late(&timer(&[100, 103, 108])), [ms(2), 0]);
-        // It left one out.
-        assert_eq!(late(&timer(&[100, 111])), [ms(1), 0]);
+        // It left one out, and was 1 late then; or it was stopped.
+        assert_eq!(late(&timer(&[100, 111, 115])), [ms(1), 0]);
+        assert_eq!(late(&timer(&[100, 111, 116])), [0, 0]);
         let take = |at, published: u64| {
             event(
                 at,
