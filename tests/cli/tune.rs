@@ -414,6 +414,30 @@ fn where_one_of_twelve_cannot_be_met_the_others_are_with_partly() {
     assert_eq!((&found["met"], &found["given_up"]), (&Value::Bool(true), &Value::Null));
 }
 
+/// A thread has one priority, and each of its activities a deadline.
+#[test]
+fn all_late_activities_of_a_thread_are_given_up() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    let model = "codel work(): int
+shell S { }
+core Work(S) { update = { work(); } }
+component Worker(S, Work)
+architecture A { instance a: Worker  instance b: Worker  instance c: Worker  instance d: Worker }
+deployment D {
+  architecture A
+  activity a { thread = t  priority = 1  period = 100  deadline = 5 }
+  activity b { thread = t  priority = 1  period = 100  deadline = 50 }
+  activity c { thread = t  priority = 1  period = 100  deadline = 6 }
+  activity d { priority = 2  period = 100 }
+}
+";
+    write(&folder, &[("m.mal", model), ("mauve.toml", "assume.codel = \"10 ms\"\n")]);
+    let found = document(&run(&folder, &["--priorities", "--partly", "--format", "json"]));
+    assert_eq!(found["given_up"], serde_json::json!(["a", "c"]));
+    let said = run(&folder, &["--priorities", "--partly"]);
+    assert!(said.has("all other deadlines are met; those of `a` and `c` are given up."), "{said:?}");
+}
+
 #[test]
 fn other_periods_leave_comments_and_deadlines_that_differ() {
     let folder = twelve("2");

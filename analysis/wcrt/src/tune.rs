@@ -77,7 +77,7 @@ pub struct Tuned {
     pub search: SearchKind,
     /// Why a deadline is not met.
     pub conflict: Option<Conflict>,
-    /// The first instance of each activity whose deadline is given up: with the values, all others are met.
+    /// The instances whose deadlines are given up, and missed: with the values, all others are met.
     pub given_up: Vec<Name>,
 }
 

@@ -298,8 +298,9 @@ impl Tune {
         }
         if !tuned.given_up.is_empty() {
             let names: Vec<String> = tuned.given_up.iter().map(|it| format!("`{it}`")).collect();
+            let [those, are] = if names.len() == 1 { ["that", "is"] } else { ["those", "are"] };
             out += &format!(
-                "\n\nWith these values, all other deadlines are met; that of {} is given up.",
+                "\n\nWith these values, all other deadlines are met; {those} of {} {are} given up.",
                 all_of(&names)
             );
         }

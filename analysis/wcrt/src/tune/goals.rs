@@ -76,8 +76,12 @@ pub fn tune<'db>(
         trials.request.aim = request.aim;
         if let Some(plan) = given_up(&mut trials, &start, found.plan) {
             tuned.fields = trials.fields(&plan);
-            let name = |unit: &usize| trials.units[*unit].of.instance.clone();
-            tuned.given_up = trials.given_up.iter().map(name).collect();
+            // Of the activities in one thread, each has a deadline.
+            let members = || trials.given_up.iter().flat_map(|it| &trials.units[*it].members);
+            let instance = |member: &usize| &trials.variants.system.activities[*member].instance;
+            let report = response_times_if(db, project, of, query, &tuned.fields);
+            let late = report.activities.iter().filter(|it| !it.verdict.is_met()).map(|it| &it.instance);
+            tuned.given_up = late.filter(|late| members().any(|it| instance(it) == *late)).cloned().collect();
         }
     }
     Ok(tuned)
