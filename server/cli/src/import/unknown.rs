@@ -53,8 +53,9 @@ pub(super) fn lines(system: &System<'_>) -> Vec<String> {
     if !system.controllers.is_empty() {
         let files: Vec<&str> = system.controllers.iter().map(|it| it.0.as_str()).collect();
         lines.push(format!(
-            "not known: the times of the codels of {}, which timing.toml lacks, and other controllers that are loaded. A control loop has \
-             each controller in each cycle, also one with a lower rate: it is due no more often",
+            "not known: the times of the codels of {}, which timing.toml lacks; other controllers that are loaded; asynchronous hardware, \
+             whose threads are in the URDF. A control loop has each controller in each cycle, also one with a lower rate: it is due no \
+             more often",
             files.join(", "),
         ));
     }
