@@ -23,6 +23,7 @@ const MOST_THREADS: usize = 1 << 16;
 const MOST_OF_CALLBACK: usize = 1 << 8;
 const MOST_HOSTS: usize = 1 << 8;
 const LONGEST_NAME: usize = 1 << 10;
+const MOST_INTERVALS: usize = 1 << 6;
 
 /// The number of the threads that Linux executes where it has nothing to execute.
 const IDLE: u64 = 0;
@@ -52,8 +53,8 @@ pub struct Ros2Graph {
     handles: HashMap<Handle, usize>,
     /// What threads execute now.
     open: HashMap<RecordedThread, OpenCallback>,
-    /// When the last callbacks of threads ended.
-    ended: HashMap<RecordedThread, u64>,
+    /// The last executions of threads.
+    busy: HashMap<RecordedThread, Busy>,
     /// When the messages that threads have just taken were published.
     taken: HashMap<RecordedThread, u64>,
     /// The publishers of the messages that threads have just passed on within their processes.
@@ -92,9 +93,9 @@ pub struct Ros2Callback {
     pub executions: u64,
     /// How many executions have an elapsed time, and no CPU time.
     pub elapsed: u64,
-    /// The most time from its release to its begin while it waited for no other callback and no thread of higher priority, as far as
-    /// the recording says that: of messages, and of what wakes the thread up. The releases of a timer are the latest ones that agree
-    /// with its begins.
+    /// The most time from its release to its begin in which neither another callback that it waits for was executed, nor a thread of its
+    /// priority or a higher one, as far as the recording says that: of messages, and of what wakes the thread up. The releases of a
+    /// timer are the latest ones that agree with its begins.
     pub late: u64,
     /// When it was made.
     made: u64,
@@ -150,9 +151,13 @@ pub struct Ros2Group {
     pub kind: String,
     /// Its executor, or what collects groups for one.
     owner: Option<Handle>,
-    /// When its last execution ended.
-    ended: u64,
+    /// Its last executions.
+    busy: Busy,
 }
+
+/// The last intervals of executions.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+struct Busy(VecDeque<[u64; 2]>);
 
 /// What an address in a process is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -184,8 +189,8 @@ struct ThreadClock {
     used: u64,
     /// Since when it has a CPU.
     since: Option<u64>,
-    /// Until when it last waited for a thread of its priority or a higher one.
-    waited: u64,
+    /// When a thread of its priority or a higher one last had its CPU.
+    displaced: [u64; 2],
     priority: Option<u32>,
 }
 
@@ -322,7 +327,7 @@ impl Ros2Graph {
             | b"callback_group_to_executor_entity_collector" => {
                 let (kind, owner) = (text("group_type_name")?, executor().or_else(collector));
                 let group = self.group(group()?);
-                *self.groups.get_mut(group)? = Ros2Group { kind, owner, ended: 0 };
+                *self.groups.get_mut(group)? = Ros2Group { kind, owner, busy: Busy::default() };
             }
             b"callback_group_add_timer" => self.join(timer()?, group()?)?,
             b"callback_group_add_subscription" => self.join(subscription()?, group()?)?,
@@ -392,12 +397,16 @@ impl Ros2Graph {
             self.callbacks.get_mut(callback)?.elapsed += u64::from(open.is_some() && used.is_none());
             let used = used.unwrap_or(event.time.saturating_sub(begin));
             let cpu_ns = begin.saturating_add(used);
-            if self.ended.len() >= MOST_THREADS {
-                self.ended.clear();
+            if self.busy.len() >= MOST_THREADS {
+                self.busy.clear();
             }
-            self.ended.insert(thread, event.time);
-            let group = self.callbacks.get(callback).and_then(|it| it.group);
-            group.and_then(|it| self.groups.get_mut(it)).into_iter().for_each(|it| it.ended = event.time);
+            let group = self.callbacks.get(callback).and_then(|it| self.groups.get_mut(it.group?));
+            let of_thread = self.busy.entry(thread).or_default();
+            group
+                .map(|it| &mut it.busy)
+                .into_iter()
+                .chain([of_thread])
+                .for_each(|it| it.add([begin, event.time]));
             return Some(CallbackEvent { callback, is_end, cpu_ns, release: None });
         }
         if self.open.len() >= MOST_THREADS {
@@ -406,7 +415,6 @@ impl Ros2Graph {
         let used = now.map(|it| it.used);
         self.open
             .insert(thread, OpenCallback { callback, begin: event.time, used, published: BTreeMap::new() });
-        let waited = self.waited(callback, thread).max(now.map_or(0, |it| it.waited));
         let of = self.callbacks.get_mut(callback)?;
         of.executions += 1;
         of.priority = of.priority.max(now.and_then(|it| it.priority));
@@ -421,23 +429,26 @@ impl Ros2Graph {
         let is_valid =
             |it: &u64| *it >= of.made && event.time.checked_sub(*it).is_some_and(|age| age < LONGEST_AGE);
         let release = published.filter(is_valid);
-        of.begins_late(event.time, release, waited);
+        let late = [of.released(event.time, release), event.time];
+        let displaced = now.map_or([0; 2], |it| it.displaced);
+        let idle = idle(late, [&displaced]).min(idle(late, self.busy_with(callback, thread)));
+        let of = self.callbacks.get_mut(callback)?;
+        of.late = of.late.max(idle);
         Some(CallbackEvent { callback, is_end, cpu_ns: event.time, release })
     }
 
-    /// Returns until when a callback waited at least: for others of its group, or of its thread, where it has only one.
-    fn waited(&self, callback: usize, thread: RecordedThread) -> u64 {
-        let Some(of) = self.callbacks.get(callback) else { return 0 };
-        let executor = of.group.and_then(|it| self.executor_of(it));
-        let has_one = executor.is_some_and(|it| self.has_one_thread(it));
+    /// Returns when others were executed that a callback waits for: of its group, or of its thread, where it has only one.
+    fn busy_with(&self, callback: usize, thread: RecordedThread) -> impl Iterator<Item = &[u64; 2]> {
+        let of = self.callbacks.get(callback);
+        let group = of.and_then(|it| it.group);
+        let has_one = group.and_then(|it| self.executor_of(it)).is_some_and(|it| self.has_one_thread(it));
         let is_exclusive = |it: &&Ros2Group| !has_one && !it.kind.contains("reentrant");
-        match of.group.and_then(|it| self.groups.get(it)).filter(is_exclusive) {
-            Some(group) => group.ended,
-            None if of.threads.iter().all(|it| *it == thread) => {
-                self.ended.get(&thread).copied().unwrap_or(0)
-            }
-            None => 0,
-        }
+        let found = match group.and_then(|it| self.groups.get(it)).filter(is_exclusive) {
+            Some(group) => Some(&group.busy),
+            None if of.is_some_and(|it| it.threads.iter().all(|it| *it == thread)) => self.busy.get(&thread),
+            None => None,
+        };
+        found.into_iter().flat_map(|it| &it.0)
     }
 
     /// A thread has taken a message that was published then: it executes its callback next.
@@ -522,15 +533,15 @@ impl Ros2Graph {
         }
         let mut before = None;
         if let Some(clock) = self.clocks.get_mut(&(host, event.previous)) {
-            before = clock.priority.filter(|_| event.previous != IDLE);
+            before = clock.priority.zip(clock.since).filter(|_| event.previous != IDLE);
             if let Some(since) = clock.since.take() {
                 clock.used = clock.used.saturating_add(event.time.saturating_sub(since));
             }
         }
         let clock = self.clocks.entry((host, event.next)).or_default();
         (clock.since, clock.priority) = (Some(event.time), Some(event.priority));
-        if before.is_some_and(|it| it >= event.priority) {
-            clock.waited = event.time;
+        if let Some((_, since)) = before.filter(|it| it.0 >= event.priority) {
+            clock.displaced = [since, event.time];
         }
         self.running.insert((host, event.cpu), event.next);
     }
@@ -546,10 +557,25 @@ impl Ros2Graph {
     }
 }
 
+impl Busy {
+    fn add(&mut self, interval: [u64; 2]) {
+        if self.0.len() >= MOST_INTERVALS {
+            self.0.pop_front();
+        }
+        self.0.push_back(interval);
+    }
+}
+
+/// Returns the time between two instants in which nothing was executed, as far as it is known.
+fn idle<'a>([from, to]: [u64; 2], busy: impl IntoIterator<Item = &'a [u64; 2]>) -> u64 {
+    let busy = busy.into_iter().map(|[begin, end]| (*end).min(to).saturating_sub((*begin).max(from)));
+    busy.fold(to.saturating_sub(from), u64::saturating_sub)
+}
+
 impl Ros2Callback {
-    /// Compares a begin with its release.
-    fn begins_late(&mut self, now: u64, published: Option<u64>, waited: u64) {
-        let release = match self.release {
+    /// Returns when what begins now was released.
+    fn released(&mut self, now: u64, published: Option<u64>) -> u64 {
+        match self.release {
             Ros2Release::Timer(period) if period > 0 => {
                 // A timer leaves out what it missed, and one that was stopped begins anew.
                 let next = self.next.filter(|next| now.saturating_sub(*next) < period).unwrap_or(now);
@@ -559,8 +585,7 @@ impl Ros2Callback {
                 next.min(now)
             }
             _ => published.unwrap_or(now),
-        };
-        self.late = self.late.max(now.saturating_sub(release.max(waited)));
+        }
     }
 
     fn begins(&mut self, now: u64) {
@@ -826,7 +851,12 @@ mod tests {
         assert_eq!(late(&[take(ms(20), 3), start(ms(20), 2), end(ms(21), 2)]), [0, 0]);
         // One thread executes both: the timer waited for the message until 24.
         let both = [&timer(&[18])[..], std::slice::from_ref(&message), &timer(&[25])].concat();
-        assert_eq!(late(&both), [ms(1), ms(3) - ms(1) - 1000]);
+        assert_eq!(late(&both), [ms(1), ms(3) - 1000]);
+        // Both waited for the thread, and the message first: it was idle for 1 before that, and for 1 after it.
+        let idle =
+            [&timer(&[18])[..], &[take(ms(24), ms(22)), start(ms(24), 2), end(ms(26), 2)], &timer(&[27])]
+                .concat();
+        assert_eq!(late(&idle), [ms(2), ms(2)]);
         // With several threads, only callbacks of one group wait for each other.
         let other = |text: &str| text.replace("vtid = 7", "vtid = 8");
         let several = [&timer(&[18])[..], &[other(&message)], &timer(&[25])].concat();
@@ -845,7 +875,7 @@ mod tests {
             [(3, [-60, -41], rest), (3, [20, -41], ms(2)), (3, [20, 20], rest), (0, [20, 20], ms(2))]
         {
             let [of_other, own] = priorities;
-            let last = [switch(ms(24), 7, other, of_other), switch(ms(24) + 5, other, 7, own)];
+            let last = [switch(ms(22), 7, other, of_other), switch(ms(24) + 5, other, 7, own)];
             let last = last.into_iter().chain([start(ms(25), 1), end(ms(26), 1)]);
             let first = [switch(ms(17), 1, 7, own)].into_iter().chain(timer(&[18]));
             assert_eq!(late(&first.chain(last).collect::<Vec<_>>()), [expected, 0]);
