@@ -72,8 +72,9 @@ class Node : public RTT::TaskContext {
       CHECK(number > last);
       last.store(number);
     }
-    if (number > 0) out.write(number);
+    // Counted before others read the value: who waits for it looks at the number then.
     ++periods;
+    if (number > 0) out.write(number);
   }
 
   RTT::OutputPort<std::uint64_t> out;
@@ -279,13 +280,15 @@ int main(int argc, char** argv) {
     return chain.source->periods >= most && chain.first->last == most && chain.second->last == most;
   };
   int moments = 0;
-  for (const Chain& chain : chains) {
-    for (; is_fine && faults == 0 && !is_done(chain); ++moments) {
+  const auto wait_until = [&](auto holds, const char* text) {
+    for (; is_fine && faults == 0 && !holds(); ++moments) {
       drain();
       mauve::pause();
-      if (moments > 600000) check(false, "all values arrive");
+      if (moments > 600000) check(false, text);
     }
-  }
+  };
+  for (const Chain& chain : chains) wait_until([&] { return is_done(chain); }, "all values arrive");
+  for (const auto& joiner : joiners) wait_until([&] { return joiner->periods > 0; }, "values release a reader of two ports");
   if (interposer_counts != nullptr) interposer_counts(false);
   for (Node* node : called) {
     RTT::OperationCaller<int(int)> add("add");
@@ -296,7 +299,9 @@ int main(int argc, char** argv) {
   drain();
   std::uint64_t jobs = 0;
   for (const auto& joiner : joiners) {
-    CHECK(joiner->periods > 0 && joiner->pairs > 0);
+    // One source may have written all before the other one begins. Its last value is enough for the reader that needs both; the one
+    // that any releases has read it by then.
+    CHECK(joiner == joiners.front() || joiner->pairs > 0);
     jobs += joiner->thread->statistics().periods;
     is_fine = joiner->stop() && is_fine;
     joiner->setActivity(nullptr);
