@@ -53,7 +53,7 @@ pub enum FieldKind {
     Instances,
     /// The name of a thread: any; or the id of a thread of `[platform] threads`, as a text.
     Thread,
-    /// `fifo` or `any`.
+    /// `fifo`, `any` or `rounds`.
     Order,
     /// `true` or `false`.
     Truth,
@@ -102,9 +102,10 @@ pub static ACTIVITY_FIELDS: [FieldEntry; ActivityField::ALL.len()] = [
                   `\"/nav@Timer(100000000)\"`." },
     FieldEntry { field: ActivityField::Order, kind: FieldKind::Order, default: Some("`fifo`"), only_real_time: true,
         other_names: &["policy", "scheduling"], example: "any",
-        values: "the order of the jobs in the thread: fifo, or any",
-        meaning: "The order in which the thread executes the jobs of its activities: `fifo`, the job that was released first, or `any`, such \
-                  as that of the wait-set executor of ROS 2. Only with `thread`." },
+        values: "the order of the jobs in the thread: fifo, any, or rounds",
+        meaning: "The order in which the thread executes the jobs of its activities: `fifo`, the job that was released first; `any`; or \
+                  `rounds`, one job of each activity that has one, those without a trigger first, and then again, as the \
+                  `SingleThreadedExecutor` of rclcpp. Only with `thread`." },
     FieldEntry { field: ActivityField::Affinity, kind: FieldKind::Cpus, default: Some("any CPU"), only_real_time: false,
         other_names: &["cpu", "core", "cores", "mask"], example: "1",
         values: "the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both",
@@ -268,7 +269,7 @@ impl FieldKind {
             }
             FieldKind::Instances => "a list of instances, such as `[imu, gps]`",
             FieldKind::Thread => "the name of a thread, or its id in `[platform] threads` as a text",
-            FieldKind::Order => "`fifo` or `any`",
+            FieldKind::Order => "`fifo`, `any` or `rounds`",
             FieldKind::Truth => "`true` or `false`",
         }
     }
@@ -337,6 +338,7 @@ fn order(word: &str) -> Option<FieldValue> {
     match word {
         "fifo" => Some(FieldValue::Order(Order::Fifo)),
         "any" => Some(FieldValue::Order(Order::Any)),
+        "rounds" => Some(FieldValue::Order(Order::Rounds)),
         _ => None,
     }
 }

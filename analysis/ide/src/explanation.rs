@@ -275,6 +275,10 @@ fn counted(activity: &ActivityReport<'_>, window: &Window) -> Option<String> {
                 "counts what the thread `{thread}` has to execute when the job is released, and no later job of it"
             ))
         }
+        Counted::Rounds => Some(format!(
+            "counts {} jobs at most of each other activity in its thread, which executes one of each in a round",
+            window.job + 1
+        )),
         Counted::UntilBegin(begin) => Some(format!(
             "counts other activities until the job begins, {begin} after the start of the window"
         )),

@@ -1,7 +1,7 @@
 //! The interference in the window of a response time, by task. It is computed on request: the lists of all tasks together
 //! grow with the square of their number.
 
-use crate::lane::{BusyJob, Contribution, Lane, LaneMember};
+use crate::lane::{BusyJob, Lane, LaneMember};
 use crate::not_preempted::HIGHEST;
 use crate::paths::{self, TaskPath};
 use crate::response_time::Lanes;
@@ -68,12 +68,17 @@ impl<'a> Breakdown<'a> {
                 _ => by_windows(place, lane, |member| {
                     let late = window.map_or(&[] as &[_], |window| &window.late);
                     let late = late.iter().find(|(task, _)| *task == member.index);
+                    if let Some(window) = window.filter(|it| it.counted == Counted::Rounds) {
+                        return member
+                            .in_rounds(own?, length.as_nanos(), late?.1.as_nanos(), window.job)
+                            .ok();
+                    }
                     member.late = late.map(|(_, time)| time.as_nanos());
                     // The analysis computed it before.
                     let length = counted(window, own, member).unwrap_or(length.as_nanos());
                     let found = member.contribution(length, method);
                     member.late = None;
-                    found.ok()
+                    found.ok().map(|it| (it.jobs, it.time))
                 }),
             };
             found.extend(of_thread(place, lane, window.map_or(1, |window| window.job)));
@@ -148,7 +153,7 @@ impl<'a> Breakdown<'a> {
 /// Returns the length of the part of a window in which the releases of a member count for `own`; none of the whole window.
 fn counted(window: Option<&Window>, own: Option<&Task>, member: &LaneMember<'_>) -> Option<u64> {
     let until = match window?.counted {
-        Counted::Whole => return None,
+        Counted::Whole | Counted::Rounds => return None,
         Counted::UntilRelease(release) => {
             Some(release).filter(|_| own.is_some_and(|own| member.task.is_queued_with(own)))
         }
@@ -174,13 +179,13 @@ fn by_paths(place: usize, lane: &mut Lane<'_, '_>) -> Vec<Interference> {
 fn by_windows(
     place: usize,
     lane: &mut Lane<'_, '_>,
-    contribution: impl Fn(&mut LaneMember<'_>) -> Option<Contribution>,
+    contribution: impl Fn(&mut LaneMember<'_>) -> Option<(u64, u64)>,
 ) -> Vec<Interference> {
     let others = lane.interfering(place);
     let of_other = |other: usize| {
         let member = lane.members.at(other);
-        let it = contribution(member)?;
-        Some(Interference { task: member.index, jobs: it.jobs, time: Time::from_nanos(it.time) })
+        let (jobs, time) = contribution(member)?;
+        Some(Interference { task: member.index, jobs, time: Time::from_nanos(time) })
     };
     others.into_iter().filter_map(of_other).collect()
 }

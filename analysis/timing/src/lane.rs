@@ -24,7 +24,7 @@ pub(crate) struct LaneMember<'a> {
     /// B, how long a lower priority that holds a lock delays a job.
     pub(crate) blocking: u64,
     /// The part of B by jobs in the background.
-    background_blocking: u64,
+    pub(crate) background_blocking: u64,
     /// How often a job waits, at most.
     pub(crate) waits: u64,
     /// The nominal instant of the first release in the window, counted from J before its start. Less than the period; 0 for a

@@ -88,6 +88,7 @@ mod published;
 mod queue;
 mod releases;
 mod response_time;
+mod rounds;
 mod set_analysis;
 mod simulation;
 mod synchronised;

@@ -71,6 +71,7 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
         let mut found = lane.analyse(|member| wanted.binary_search(&member.index).is_ok());
         lane.synchronise(&mut found);
         lane.queue_in_order(&mut found);
+        lane.execute_in_rounds(&mut found);
         lane.begin_once(&mut found);
         lane.count_waits_as_jitter(&mut found);
         for found in found {

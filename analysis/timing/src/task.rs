@@ -38,6 +38,9 @@ pub enum Order {
     Fifo,
     /// Any order in which the thread never idles while a job is released. Its tasks have releases of their own.
     Any,
+    /// In rounds: one job of each that has a released job, of periodic tasks first, otherwise in any order; then again. Its tasks have
+    /// releases of their own.
+    Rounds,
 }
 
 /// A periodic task: an activity of a deployment, or what delays the activities. What is unknown is analysed as the worst case.
@@ -532,6 +535,9 @@ pub enum Counted {
     Whole,
     /// Of the tasks in the thread of the task, up to the release of the job, at this instant of the window: a queue.
     UntilRelease(Time),
+    /// All of it, but of each other task in the thread of the task one job more than of the task, at most: rounds. It begins with a release of
+    /// the task, and `late` has the response times of all that may be unfinished then.
+    Rounds,
     /// Of the activities, up to the begin of the job, at this instant of the window: it is not preempted.
     UntilBegin(Time),
 }

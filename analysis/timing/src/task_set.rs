@@ -119,7 +119,7 @@ pub struct TaskEntry {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thread: Option<String>,
     /// The order of the jobs in the thread: `list`, one of each task in a period, in the order of the tasks, if it is left out; or
-    /// `fifo` or `any`, with which each task has releases of its own.
+    /// `fifo`, `any` or `rounds`, with which each task has releases of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<Order>,
     /// Whether a job may be preempted; it may, if it is left out.

@@ -8,7 +8,7 @@
 //! ```
 
 use mauve_hir::{Decl, Value, hosts_of};
-use mauve_timing::{CpuSet, Time};
+use mauve_timing::{CpuSet, Order, Time};
 use mauve_wcrt::observed::{ExpectedChain, ExpectedEnd, expected_chains};
 use mauve_wcrt::{ExecutionTimes, Query, execution_times, response_times};
 use rustc_hash::FxHashMap;
@@ -35,8 +35,12 @@ pub(super) fn main_file<'db>(
 ) -> String {
     let Model { db, project, .. } = model;
     let report = response_times(db, project, of, Query::shown(db, project, of));
-    let bounds: FxHashMap<String, Option<Time>> =
-        report.activities.iter().rev().map(|it| (it.instance.to_string(), it.response)).collect();
+    // A program executes a queue, which no bound for rounds is about.
+    let bounds = report.activities.iter().rev().map(|it| {
+        let is_rounds = it.task.order == Order::Rounds;
+        (it.instance.to_string(), it.response.filter(|_| !is_rounds))
+    });
+    let bounds: FxHashMap<String, Option<Time>> = bounds.collect();
     let level = Query::shown(db, project, of).level;
     let hosts = hosts_of(db, project.workspace(db));
     let host = hosts.all.iter().position(|it| Some(&it.name) == deployed.host.as_ref());

@@ -79,6 +79,8 @@ struct SimulatedThread {
     mates: Rc<[usize]>,
     order: Order,
     is_not_preempted: bool,
+    /// Whether it has a job in the round of its thread.
+    is_in_round: bool,
     /// The instants at which its unfinished jobs were released; in a queue only.
     queued: VecDeque<u64>,
     /// The CPUs on which it may run, a bit for each index of [`Engine::cpus`].
@@ -590,6 +592,12 @@ impl<'a> Engine<'a> {
         match task.order {
             Order::List => {}
             Order::Any => return true,
+            Order::Rounds => {
+                let is_first = |mate: &SimulatedThread| mate.is_in_round && mate.burst.is_none();
+                let is_waiting =
+                    task.burst.is_some() && task.mates.iter().any(|&it| is_first(&self.threads[it]));
+                return task.is_in_round && !is_waiting;
+            }
             Order::Fifo => return task.mates.iter().all(|&mate| released(index) <= released(mate)),
         }
         let place = task.mates.iter().position(|&mate| mate == index);
@@ -614,6 +622,12 @@ impl<'a> Engine<'a> {
 
     /// Begins the next part of a task: a call, or the edge of a job. Returns whether there is one.
     fn begin(&mut self, index: usize) -> bool {
+        let mates = Rc::clone(&self.threads[index].mates);
+        let is_new_round = mates.iter().all(|&mate| !self.threads[mate].is_in_round);
+        for &mate in mates.iter().filter(|_| is_new_round) {
+            let task = &mut self.threads[mate];
+            task.is_in_round = task.finished < task.released;
+        }
         let is_turn = self.is_turn(index);
         let task = &mut self.threads[index];
         let has_job = task.finished < task.released && is_turn;
@@ -646,6 +660,7 @@ impl<'a> Engine<'a> {
             return false;
         }
         task.calls_of_job = Some(0);
+        task.is_in_round = false;
         let scripted = task.scripted.pop();
         let (step, least_time) = match scripted {
             Some(step) => (step, 100),

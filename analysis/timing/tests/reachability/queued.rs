@@ -1,5 +1,5 @@
-//! Threads that execute jobs of several periods, in the order of their releases or in any, and jobs that are not preempted: every
-//! schedule of a small system, one nanosecond after the other, with release jitter and bursts.
+//! Threads that execute jobs of several periods, in the order of their releases, in rounds or in any order, and jobs that are not
+//! preempted: every schedule of a small system, one nanosecond after the other, with release jitter and bursts.
 //!
 //! A step releases jobs nominally, then in fact, chooses what the CPUs execute, and executes it for 1 ns.
 
@@ -84,6 +84,8 @@ struct TaskState {
     remaining: u8,
     /// Since the last nominal releases; that of a periodic task is less than its period.
     ages: Vec<u8>,
+    /// Whether the round of the thread has a job of it.
+    in_round: bool,
     /// Since the nominal and the real release of each unended job.
     jobs: Vec<(u8, u8)>,
 }
@@ -138,6 +140,9 @@ impl QueuedSystem {
         for (index, task) in self.tasks.iter().enumerate() {
             states = states.into_iter().flat_map(|state| task.real_releases(index, state)).collect();
         }
+        if self.order == Order::Rounds {
+            states.extend(states.clone().into_iter().filter_map(|state| self.looked(state)));
+        }
         let mut found = Vec::new();
         for state in states {
             for executing in self.choices(&state) {
@@ -145,6 +150,19 @@ impl QueuedSystem {
             }
         }
         found
+    }
+
+    /// Begins a round, with all that is released.
+    fn looked(&self, mut state: State) -> Option<State> {
+        let mut has_job = false;
+        for (_, of) in self.tasks.iter().zip(&mut state).filter(|(task, _)| task.in_thread) {
+            if of.in_round || of.remaining > 0 {
+                return None;
+            }
+            of.in_round = of.jobs.first().is_some_and(|job| job.1 != NOT_RELEASED);
+            has_job |= of.in_round;
+        }
+        Some(state).filter(|_| has_job)
     }
 
     /// Returns the sets of tasks that may execute.
@@ -158,6 +176,15 @@ impl QueuedSystem {
         let mut next: Vec<Option<usize>> = match (begun, self.order) {
             (Some(begun), _) => vec![Some(begun)],
             (None, Order::Any) => of_thread.into_iter().map(Some).collect(),
+            // Where no round has begun, one does.
+            (None, Order::Rounds) => {
+                let has_round = of_thread.iter().any(|task| state[*task].in_round);
+                let of_round = of_thread.into_iter().filter(|task| state[*task].in_round == has_round);
+                let (clocks, data): (Vec<_>, Vec<_>) =
+                    of_round.partition(|task| self.tasks[*task].burst.is_none());
+                let first = if clocks.is_empty() { data } else { clocks };
+                first.into_iter().map(Some).collect()
+            }
             (None, _) => {
                 of_thread.into_iter().filter(|task| Some(since(*task)) == oldest).map(Some).collect()
             }
@@ -188,10 +215,17 @@ impl QueuedSystem {
     }
 
     fn execute(&self, mut state: State, executing: &[usize], limits: &[u64], greatest: &mut [u64]) -> State {
+        let begins = |task: &usize| {
+            self.tasks[*task].in_thread && !state[*task].in_round && state[*task].remaining == 0
+        };
+        if executing.iter().any(begins) {
+            state = self.looked(state.clone()).unwrap_or(state);
+        }
         for (index, of) in state.iter_mut().enumerate() {
             let task = &self.tasks[index];
             let is_executing = executing.contains(&index);
             if is_executing && of.remaining == 0 {
+                of.in_round = false;
                 of.remaining = task.costs[usize::from(of.next)];
                 of.next = 1 - of.next;
             }
@@ -282,10 +316,14 @@ fn random_task(random: &mut Random, tasks: u64) -> QueuedTask {
     QueuedTask { priority, period, jitter, burst, costs, in_thread: false, is_not_preempted: false }
 }
 
-fn explore_random(seed: u64, make: impl Fn(&mut Random) -> (QueuedSystem, QueuedSystem)) -> Totals {
+fn explore_random(
+    number: u64,
+    seed: u64,
+    make: impl Fn(&mut Random) -> (QueuedSystem, QueuedSystem),
+) -> Totals {
     let mut random = Random(seed + (mauve_tests::search::seed() << 8));
     let mut totals = Totals::default();
-    while totals.systems < systems_or(1000) {
+    while totals.systems < systems_or(number) {
         let (system, looser) = make(&mut random);
         let bounds = [Method::Psm, Method::Exact].map(|method| system.bounds(method));
         let known: Option<Vec<u64>> = bounds[1].iter().copied().collect();
@@ -324,7 +362,7 @@ fn thread_of(random: &mut Random, order: Order) -> QueuedSystem {
 
 #[test]
 fn no_schedule_of_a_queue_is_above_a_bound() {
-    let totals = explore_random(41, |random| {
+    let totals = explore_random(1000, 41, |random| {
         let system = thread_of(random, Order::Fifo);
         let looser = QueuedSystem { order: Order::Any, ..system.clone() };
         (system, looser)
@@ -333,9 +371,21 @@ fn no_schedule_of_a_queue_is_above_a_bound() {
     assert!(totals.late * 20 > totals.bounds);
 }
 
+/// Rounds have many schedules.
+#[test]
+fn no_schedule_of_rounds_is_above_a_bound() {
+    let totals = explore_random(200, 44, |random| {
+        let system = thread_of(random, Order::Rounds);
+        let looser = QueuedSystem { order: Order::Any, ..system.clone() };
+        (system, looser)
+    });
+    assert!(totals.attained * 3 > totals.bounds && totals.less * 50 > totals.bounds);
+    assert!(totals.late * 20 > totals.bounds);
+}
+
 #[test]
 fn no_schedule_of_a_thread_in_any_order_is_above_a_bound() {
-    let totals = explore_random(42, |random| {
+    let totals = explore_random(1000, 42, |random| {
         let system = thread_of(random, Order::Any);
         (system.clone(), system)
     });
@@ -344,7 +394,7 @@ fn no_schedule_of_a_thread_in_any_order_is_above_a_bound() {
 
 #[test]
 fn no_schedule_of_jobs_that_are_not_preempted_is_above_a_bound() {
-    let totals = explore_random(43, |random| {
+    let totals = explore_random(1000, 43, |random| {
         let tasks = random.within(2, 3);
         let mut tasks: Vec<QueuedTask> = (0..tasks).map(|_| random_task(random, tasks)).collect();
         for task in &mut tasks {

@@ -348,11 +348,11 @@ impl<'a> Model<'a> {
             let _ = writeln!(
                 text,
                 "\n  // A thread for each callback group, with the priority and the CPUs of {}: `mauve tune` searches for better ones.\n  \
-                 deployment Isolated {{\n    architecture System",
+                 // The order is that of a `SingleThreadedExecutor`.\n  deployment Isolated {{\n    architecture System",
                 comment(&self.system.threads.path)
             );
             for (part, id) in self.parts.iter().zip(ids) {
-                let place = id.map(|it| format!(" thread = \"{it}\""));
+                let place = id.map(|it| format!(" thread = \"{it}\"  order = rounds"));
                 text += &part.activity(place, self.system);
             }
             self.end_deployment(&mut text);
