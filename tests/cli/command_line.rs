@@ -486,7 +486,6 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
         (&["wcrt", "p3dx", "--significance", "2"], "`2` is not a significance level"),
         (&["simulate", "p3dx", "--for", "0ms"], "expected a time greater than 0"),
         (&["simulate", "p3dx", "--for", "12"], "expected a time such as 10s"),
-        (&["wcrt", "p3dx", "--method", "paper", "--explain", "hokuyo"], "--method paper gives no bounds"),
         (&["wcrt", "p3dx", "--method", "fastest"], "invalid value 'fastest'"),
         (&["psm", "p3dx", "Navigaton"], "no component `Navigaton`; did you mean `Navigation`?"),
         (

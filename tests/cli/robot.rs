@@ -65,33 +65,6 @@ fn compare(document: &Value, table: &[(&str, [Option<u64>; 7])]) -> usize {
 }
 
 #[test]
-fn the_method_of_the_paper_gives_table_3() {
-    for model in ["p3dx", "p3dx_entry"] {
-        let run = |format| {
-            let arguments = ["wcrt", model, "--significance", "all", "--method", "paper", "--format", format];
-            mauve(MAUVE, &models(), &arguments).out
-        };
-        let table = run("table");
-        assert!(table.contains("navigation    882   997  1017  1067  1127  1277"), "{table}");
-        assert!(table.contains("UNSAFE: they count no interference after the hyperperiod"), "{table}");
-        let csv = run("csv");
-        let mut compared = 0;
-        for (instance, printed) in TABLE_3 {
-            let rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
-            let found: Vec<&str> = rows.filter(|row| row[2] == instance).map(|row| row[3]).collect();
-            assert_eq!(found.len(), printed.len());
-            for (found, printed) in found.iter().zip(printed) {
-                if let Some(printed) = printed {
-                    assert_eq!(*found, printed.to_string(), "{instance}");
-                    compared += 1;
-                }
-            }
-        }
-        assert_eq!(compared, 57);
-    }
-}
-
-#[test]
 fn first_jobs_of_classic_are_table_4() {
     let document = wcrt("p3dx", &["--method", "classic"]);
     assert_eq!(compare(&document, &TABLE_4), 50);

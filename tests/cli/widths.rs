@@ -74,7 +74,6 @@ fn no_line_of_a_table_is_wider_than_120_columns() {
         "wcrt PATH --sensitivity",
         "wcrt PATH --probability",
         "wcrt PATH --significance all",
-        "wcrt PATH --method paper",
         "simulate PATH",
         "psm PATH",
         "tune PATH --priorities",

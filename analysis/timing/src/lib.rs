@@ -84,7 +84,6 @@ mod not_preempted;
 mod observed;
 mod operations;
 mod paths;
-mod published;
 mod queue;
 mod releases;
 mod response_time;
@@ -123,7 +122,6 @@ pub use observed::{
     LEAST_WAIT, LEAST_WORK, Observed, ObservedError, ObservedErrorKind, ObservedTimes, Recording,
     UNSUSPICIOUS,
 };
-pub use published::published_response_times;
 pub use response_time::response_times;
 pub use set_analysis::SetAnalysis;
 pub use simulation::{

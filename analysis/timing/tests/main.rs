@@ -8,6 +8,7 @@
 //! | [`lateness`] | missions in which executions take longer now and then |
 //! | [`literature`] | equality with `response-time-analysis` |
 //! | [`public_sets`] | published task sets: never longer |
+//! | [`published`] | how the paper computes its Table 3 |
 //! | [`reachability`] | every schedule of small systems |
 //! | [`robot`] | every figure of the paper |
 //! | [`simulation`] | random schedules of larger systems |
@@ -21,6 +22,7 @@ mod late_jobs;
 mod lateness;
 mod literature;
 mod public_sets;
+mod published;
 mod reachability;
 mod robot;
 mod simulation;

@@ -2,8 +2,10 @@
 
 use mauve_timing::{
     Analysis, Bound, Breakdown, CpuSet, Demand, Edge, Method, Options, StateMachine, Status, Task, Time,
-    published_response_times, response_times,
+    response_times,
 };
+
+use super::published::published_response_times;
 
 const LEVELS: [&str; 7] = ["1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9"];
 

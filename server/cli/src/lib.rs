@@ -46,7 +46,6 @@ mod parse;
 mod platform;
 mod probability;
 mod psm;
-mod published;
 mod pwcet;
 mod report;
 mod run;

@@ -127,20 +127,17 @@ pub(super) enum MethodName {
     Exact,
     /// The best of these for each activity that a small budget allows.
     Best,
-    /// UNSAFE, to compare with the published tables only: no interference after the hyperperiod.
-    Paper,
 }
 
 impl MethodName {
-    /// Returns the method of the analysis; none for the published figures, which are not bounds.
-    pub(super) fn analysed(self) -> Option<mauve_timing::Method> {
+    /// Returns the method of the analysis.
+    pub(super) fn analysed(self) -> mauve_timing::Method {
         match self {
-            MethodName::Classic => Some(mauve_timing::Method::Classic),
-            MethodName::Psm => Some(mauve_timing::Method::Psm),
-            MethodName::Ibf => Some(mauve_timing::Method::Ibf),
-            MethodName::Exact => Some(mauve_timing::Method::Exact),
-            MethodName::Best => Some(mauve_timing::Method::Best),
-            MethodName::Paper => None,
+            MethodName::Classic => mauve_timing::Method::Classic,
+            MethodName::Psm => mauve_timing::Method::Psm,
+            MethodName::Ibf => mauve_timing::Method::Ibf,
+            MethodName::Exact => mauve_timing::Method::Exact,
+            MethodName::Best => mauve_timing::Method::Best,
         }
     }
 }

@@ -24,8 +24,8 @@ use mauve_projects::replace::put;
 use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{CpuSet, Level, Status, Time, name_of_other};
 use mauve_wcrt::{
-    ActivityReport, DeployedTasks, Footing, Priority, Query, Refusal, Report, ResolvedActivity,
-    all_tables_of, response_times_of, sensitivity, system_of, timetable_of,
+    ActivityReport, Footing, Priority, Query, Refusal, Report, ResolvedActivity, all_tables_of,
+    response_times_of, sensitivity, system_of, timetable_of,
 };
 
 use super::probability::{probability_csv, probability_svg, probability_table};
@@ -34,7 +34,6 @@ use crate::comparison::{comparison_document, comparison_table};
 use crate::errors::say_errors;
 use crate::lines::Lines;
 use crate::options::{MethodName, Models};
-use crate::published::{Published, published_csv};
 use crate::text::{Sheet, counted, csv_number, number, shown, wrapped};
 use crate::verify::certificate;
 
@@ -86,7 +85,7 @@ enum WcrtFormat {
 
 impl Wcrt {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let Some(method) = self.method.analysed() else { return self.published() };
+        let method = self.method.analysed();
         let query = |level| Query { level, method };
         let mut db = Database::default();
         if self.models.are_task_sets() {
@@ -128,47 +127,6 @@ impl Wcrt {
         say_errors(errors);
         let proved = all.iter().all(Deployed::schedulable);
         Ok(Output::verbatim(text, u8::from(!proved || errors > 0)))
-    }
-
-    /// The figures that the paper prints, for `--method paper`.
-    fn published(&self) -> Result<Output, String> {
-        let is_plain = !self.sensitivity && self.explain.is_none() && self.probability.is_none();
-        if !is_plain || !self.set.is_empty() || self.certificate.is_some() {
-            return Err(
-                "--method paper gives no bounds: it has only --significance, --deployment and --format"
-                    .to_owned(),
-            );
-        }
-        let mut db = Database::default();
-        let all: Vec<Published> = if self.models.are_task_sets() {
-            let sets = task_sets(&self.models.paths.paths, self.models.deployment.as_deref())?.into_iter();
-            let of_set = |(path, set): (PathBuf, TaskSet)| {
-                let tasks = |level| Ok((level, set.at(level, mauve_timing::Method::Psm)?));
-                let levels = levels_of_set(&set, self.significance.as_ref()).into_iter();
-                let tasks =
-                    levels.map(tasks).collect::<Result<_, _>>().map_err(|why| refused(&path, &why))?;
-                Ok(Published { name: set.name.unwrap_or_default(), tasks })
-            };
-            sets.map(of_set).collect::<Result<_, String>>()?
-        } else {
-            let (db, found, _) = self.models.deployments(&mut db, "analyse")?;
-            let of_model = |(project, deployment): (Project<'_>, Decl<'_>)| {
-                let tasks = |level| (level, DeployedTasks::simulated(db, project, deployment, level).tasks);
-                let levels = levels(db, project, deployment, self.significance.as_ref()).into_iter();
-                Published { name: deployment.name(db).to_string(), tasks: levels.map(tasks).collect() }
-            };
-            found.into_iter().map(of_model).collect()
-        };
-        let text = match self.format {
-            WcrtFormat::Table => {
-                wrapped(&harmless(&all.iter().map(Published::table).collect::<Vec<_>>().join("\n")))
-            }
-            WcrtFormat::Csv => published_csv(&all),
-            WcrtFormat::Json | WcrtFormat::Svg => {
-                return Err("--method paper has the formats table and csv".to_owned());
-            }
-        };
-        Ok(Output::verbatim(text, 0))
     }
 
     /// The figures beside those with the values of `--set`.

@@ -1,7 +1,6 @@
 //! The response times of the paper's Table 3, which are no bounds: its traces end with the hyperperiod.
 
-use crate::time::least_common_multiple;
-use crate::{Priority, Task, Time, TraceBound};
+use mauve_timing::{CpuSet, Priority, Task, Time, TraceBound};
 
 /// The maximum number of iterations for one task.
 const MOST_ITERATIONS: u32 = 100_000;
@@ -11,30 +10,19 @@ const MOST_ITERATIONS: u32 = 100_000;
 /// It is the fixed point of equations 19 and 20 for the first job, with Mⱼ(min(⌈n/Tⱼ⌉, H/Tⱼ)) as the demand of each task of hp(i): after
 /// the hyperperiod H, interfering tasks execute nothing. `None` for a background task, where a period or a demand is unknown, and
 /// where a number exceeds 64 bits or the iterations their limit.
-///
-/// ```
-/// use mauve_timing::{StateMachine, Task, Time, published_response_times};
-///
-/// let task = |priority, period, cost| {
-///     Task::new(priority, Time::from_nanos(period), StateMachine::single(Time::from_nanos(cost)))
-/// };
-/// // Nine of every ten: the second task ends after 110, but `high` executes for no longer than the hyperperiod.
-/// let tasks = [task(2, 10, 9), task(1, 20, 11)];
-/// let published = published_response_times(&tasks);
-/// assert_eq!(published, [Some(Time::from_nanos(9)), Some(Time::from_nanos(29))]);
-/// ```
-pub fn published_response_times(tasks: &[Task]) -> Vec<Option<Time>> {
+pub(crate) fn published_response_times(tasks: &[Task]) -> Vec<Option<Time>> {
     let period = |task: &Task| task.period.map(Time::as_nanos).filter(|it| *it > 0);
     let mut real_time = tasks.iter().filter(|task| task.priority != Priority::Background);
-    let hyperperiod = real_time.try_fold(1, |all, task| least_common_multiple(all, period(task)?));
+    let hyperperiod = real_time.try_fold(1, |all: u64, task| common_multiple(all, period(task)?));
     let bounds = tasks.iter().map(|task| Some((period(task)?, TraceBound::new(task.demand.machine()?))));
     let mut bounds: Vec<Option<(u64, TraceBound<'_>)>> = bounds.collect();
+    let cpus = |task: &Task| task.cpus.unwrap_or(CpuSet::ALL);
     let mut first_job = |of: &Task, index: usize| {
         if of.priority == Priority::Background {
             return None;
         }
         let hyperperiod = hyperperiod?;
-        let interferes = |other: &Task| other.priority >= of.priority && other.cpus().meets(of.cpus());
+        let interferes = |other: &Task| other.priority >= of.priority && cpus(other).meets(cpus(of));
         let others = tasks.iter().enumerate().filter(|(other, task)| *other != index && interferes(task));
         let others: Vec<usize> = others.map(|(other, _)| other).collect();
         let own = bounds[index].as_mut()?.1.demand(1).ok()?.as_nanos();
@@ -54,4 +42,12 @@ pub fn published_response_times(tasks: &[Task]) -> Vec<Option<Time>> {
         None
     };
     tasks.iter().enumerate().map(|(index, task)| first_job(task, index)).collect()
+}
+
+fn common_multiple(one: u64, other: u64) -> Option<u64> {
+    let (mut divisor, mut rest) = (one, other);
+    while rest > 0 {
+        (divisor, rest) = (rest, divisor % rest);
+    }
+    (one / divisor).checked_mul(other)
 }
