@@ -63,17 +63,18 @@ impl Export {
             several => return Err(several_of(&db, Kind::Deployment, several)),
         };
         let window = self.window()?;
-        self.check_size(trace, &expected, window)?;
+        let limit = self.limit.saturating_mul(1_000_000);
         match &self.output {
             None => {
-                let written = write_events(trace, expected, window, io::stdout().lock())?;
+                let written = write_events(trace, expected, (window, limit), io::stdout().lock())?;
                 // With a closed pipe, the reader has enough.
                 if let Some(error) = written.err().filter(|it| it.kind() != io::ErrorKind::BrokenPipe) {
                     return Err(format!("cannot write standard output: {error}"));
                 }
             }
             Some(path) => put_with(path, |file| {
-                write_events(trace, expected, window, file).unwrap_or_else(|why| Err(io::Error::other(why)))
+                write_events(trace, expected, (window, limit), file)
+                    .unwrap_or_else(|why| Err(io::Error::other(why)))
             })?,
         }
         Ok(Output::verbatim(String::new(), 0))
@@ -87,52 +88,6 @@ impl Export {
             _ => Err("--from is not before --to: nothing would be exported".to_owned()),
         }
     }
-
-    /// Says how large the file of a long recording becomes, and refuses one that is too large. Writes nothing: the recording is read
-    /// one more time.
-    fn check_size(
-        &self,
-        trace: &Path,
-        expected: &ExpectedDeployment,
-        window: [i64; 2],
-    ) -> Result<(), String> {
-        let limit = self.limit.saturating_mul(1_000_000);
-        let mut size = Size { written: 0, limit };
-        let written = write_events(trace, expected.clone(), window, &mut size)?;
-        let megabytes = size.written.div_ceil(1_000_000);
-        let advice = "--from 10s --to 12s exports two seconds";
-        if written.is_err() {
-            return Err(format!(
-                "`{}` would become more than {} MB of trace events, which viewers do not open: {advice}, and --limit MB allows more",
-                trace.display(),
-                self.limit
-            ));
-        }
-        if size.written > LARGE {
-            say(&format!("writing {megabytes} MB of trace events: {advice}"));
-        }
-        Ok(())
-    }
-}
-
-/// Files with more bytes are large.
-const LARGE: u64 = 50_000_000;
-
-/// Counts the written bytes, up to a limit.
-struct Size {
-    written: u64,
-    limit: u64,
-}
-
-impl Write for Size {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.written = self.written.saturating_add(bytes.len() as u64);
-        if self.written > self.limit { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes.len()) }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 /// What a file of trace events begins with.
@@ -142,7 +97,7 @@ const BEGIN: &str = "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
 fn write_events(
     trace: &Path,
     expected: ExpectedDeployment,
-    window: [i64; 2],
+    (window, left): ([i64; 2], u64),
     to: impl Write,
 ) -> Result<io::Result<()>, String> {
     let mut reader = reader_of(&expected);
@@ -159,6 +114,7 @@ fn write_events(
         over: BTreeSet::new(),
         is_over: false,
         is_first: true,
+        left,
         failure: None,
     };
     if let Err(error) = writer.to.write_all(BEGIN.as_bytes()) {
@@ -208,6 +164,8 @@ struct TraceWriter<W: Write> {
     over: BTreeSet<String>,
     is_over: bool,
     is_first: bool,
+    /// The bytes that may still be written.
+    left: u64,
     failure: Option<io::Error>,
 }
 
@@ -249,6 +207,10 @@ impl<W: Write> TraceWriter<W> {
     }
 
     fn write(&mut self, event: &str) -> io::Result<()> {
+        self.left = self.left.checked_sub(event.len() as u64 + 2).ok_or_else(|| {
+            let advice = "viewers do not open more: --from 10s --to 12s exports two seconds, and --limit MB allows more";
+            io::Error::new(io::ErrorKind::FileTooLarge, advice)
+        })?;
         let separator: &[u8] = if std::mem::take(&mut self.is_first) { b"" } else { b",\n" };
         self.to.write_all(separator).and_then(|()| self.to.write_all(event.as_bytes()))
     }
