@@ -218,15 +218,42 @@ planner:
     // Read, one controller and write take 0.3 ms. They delay the planner, which begins up to a cycle late.
     let check = mauve(BINARY, &folder, &["check", "robot"]);
     assert!(check.code == 0 && check.has("0.3 / 2 ms") && check.has("2.4 / 19 ms"), "{check:?}");
+    // A controller that is added is not in the model; nor is one that leaves its own thread.
+    let planner = "    planner: { type: arm_controllers/Planner }\n";
+    let added = controllers.replace(planner, &format!("{planner}    grip-per: {{ type: x/Y }}\n"));
+    for (text, codel) in [
+        (added, "no activity of Isolated has `grip_per_update` of this thread"),
+        (controllers.replace("is_async: true", "is_async: false"), "has `planner_update` of this thread"),
+    ] {
+        write(&folder, &[("robot/controllers.yaml", text.as_str())]);
+        let check = mauve(BINARY, &folder, &["check", "robot"]);
+        assert!(check.code == 1 && check.has(codel) && !check.has("0.3 / 2 ms"), "{check:?}");
+    }
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
-fn what_is_no_recording_of_ros_2_is_refused() {
+fn what_is_no_part_of_a_system_of_ros_2_is_refused() {
     let folder = own_scratch("import");
     std::fs::create_dir_all(folder.join("empty")).unwrap();
-    let refused = mauve(BINARY, &folder, &["import", "empty", "-o", "robot"]);
-    assert_eq!(refused.code, 2, "{refused:?}");
-    assert!(refused.err.contains("empty") && !folder.join("robot").exists(), "{refused:?}");
+    let manager = "controller_manager: { ros__parameters: { joints: { type: broadcasters/Joints } } }\n";
+    let other = "[project]\n";
+    write(&folder, &[("map.yaml", "image: map.pgm\n"), ("c.yaml", manager), ("other/mauve.toml", other)]);
+    for (arguments, why) in [
+        (&["empty", "-o", "robot"][..], "empty"),
+        (&["map.yaml", "c.yaml", "-o", "robot"], "`map.yaml` has no `callback_groups`"),
+        (&["c.yaml", "-o", "other"], "`other` has another project"),
+    ] {
+        let refused = mauve(BINARY, &folder, &[&["import"], arguments].concat());
+        assert_eq!(refused.code, 2, "{refused:?}");
+        assert!(refused.err.contains(why) && !folder.join("robot").exists(), "{refused:?}");
+    }
+    assert!(!folder.join("other/system.mal").exists());
+    // Each command that is proposed finds the file.
+    let run = |arguments: &[&str]| mauve(BINARY, &folder, arguments);
+    let import = run(&["import", "c.yaml", "c.yaml", "-o", "robot"]);
+    assert!(import.has("Next: mauve check --allow-outside robot;"), "{import:?}");
+    let check = run(&["check", "--allow-outside", "robot"]);
+    assert!(check.has("3 codels have no time"), "{check:?}");
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -50,6 +50,9 @@ pub(super) fn thread_without_activity<'db>(
     has_priority: bool,
 ) -> Diagnostic<'db> {
     let what = match (timer, has_priority) {
+        (Some(codel), _) if !codel.contains('(') => {
+            "call a codel of this name in the component of its activity, for the controller of the file".to_owned()
+        }
         (Some(timer), _) => {
             let node = id.split('@').next().unwrap_or_default();
             format!("add an activity with `thread = \"{node}@{timer}\"`")

@@ -26,7 +26,7 @@ pub use controllers::{
     read_controllers,
 };
 pub use edit::{EditRefusal, ThreadChange, YamlEdit, apply_edits, change_thread};
-pub use group_id::{GroupId, InvalidGroupId, is_timer};
+pub use group_id::{GroupId, InvalidGroupId, timer_period};
 pub(crate) use kept_yaml::KeptYaml;
 pub use named_paths::{NamedPath, PathNode, read_named_paths};
 pub use problem::{ExpectedValue, FileProblem, FileProblemKind};

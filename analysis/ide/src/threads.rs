@@ -71,7 +71,7 @@ deployment D {
   architecture A
   activity eye { thread = \"/eye@Timer(10000000)\"  period = 10 }
   activity planner { thread = \"/planner@Timer(100000000)\"  order = any  period = 100 }
-  activity slow { thread = \"/planner@Timer(100000000)\"  order = any  period = 200 }
+  activity slow { thread = \"/planner@Timer(200000000)\"  order = any  period = 200 }
 }
 //- /mauve.toml
 timing.tables = [\"t.toml\"]
@@ -87,7 +87,7 @@ callback_groups:
     policy: SCHED_FIFO$0
     priority: 20
     affinity: [0]
-  - {id: /planner@Timer(100000000), policy: SCHED_FIFO, priority: 90, affinity: [0]}
+  - {id: /planner@Timer(100000000)@Timer(200000000), policy: SCHED_FIFO, priority: 90, affinity: [0]}
   - {id: /log@Service(/x), policy: SCHED_OTHER, nice: 0}
 ";
 
@@ -103,7 +103,7 @@ callback_groups:
             .iter()
             .map(|it| (text[..usize::from(it.offset)].lines().last().unwrap().trim(), it.label.as_str()))
             .collect();
-        let group = "- {id: /planner@Timer(100000000), policy: SCHED_FIFO, priority: 90, affinity: [0]}";
+        let group = "- {id: /planner@Timer(100000000)@Timer(200000000), policy: SCHED_FIFO, priority: 90, affinity: [0]}";
         assert_eq!(
             shown,
             [

@@ -4,21 +4,23 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Deref;
 use std::sync::Arc;
 
+use mauve_pwcet::trace::ros2_identifier;
 use mauve_timing::{CpuSet, Needs, Order, Priority, Task, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{TimingFact, TimingFactKind};
 use crate::gateway::Gateway;
+use crate::locks::codels_of;
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, ThreadReason, UnknownPriority};
 use crate::serving::{Serving, errors_and_items, serving_of};
 use crate::table_set::{TableSet, all_tables_of, tables_of_host};
 #[cfg(doc)]
 use crate::threads::DeclaredThreads;
-use crate::threads::{DeclaredThread, declared_id, declared_threads, place_of_thread};
+use crate::threads::{DeclaredThread, declared_id, declared_threads, place_of_thread, threads_in};
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId};
-use mauve_hir::ros2_files::is_timer;
+use mauve_hir::ros2_files::{ThreadPlace, timer_period};
 use mauve_hir::{
     ACTIVITY_FIELDS, DEPENDENT_FIELDS, Decl, EXCLUSIVE_FIELDS, FeatureOf, FieldEntry, FieldValue, Flat,
     FlatInstance, GatewayConfig, Hosts, InvalidValue, Link, Location, ModelDb, PERIODS, PLACES, Project,
@@ -679,6 +681,9 @@ impl<'db> SystemReader<'db> {
             return Some(None);
         };
         self.covered.entry(index).or_default().push(id.clone());
+        // An id has the periods of its timers, which are the same on the robot.
+        let timers = id.split('@').skip(1).filter_map(timer_period).filter(|it| *it > 0);
+        let timers = timers.min().map(Time::from_nanos).filter(|_| thread.is_group());
         if !fields.written.contains_key(&ActivityField::Order) {
             found.task.order = Order::Any;
         }
@@ -710,7 +715,8 @@ impl<'db> SystemReader<'db> {
         found.task.jitter = found.task.jitter.max(thread.jitter);
         // A shorter period is safe.
         let of_period = PERIODS.into_iter().find_map(|it| fields.written.get(&it));
-        if let Some(period) = thread.period.filter(|of| found.period.is_none_or(|it| it > *of)) {
+        let timers = timers.filter(|_| found.trigger.is_none());
+        if let Some(period) = thread.period.or(timers).filter(|of| found.period.is_none_or(|it| it > *of)) {
             if let Some(written) = of_period {
                 found.refuse(Reason::UnusableField(ActivityField::Period), self.at(written.value_id));
                 let longer = InvalidValue::AbovePeriod(period);
@@ -1049,7 +1055,8 @@ impl<'db> SystemReader<'db> {
                 Some(covered) => {
                     let (timers, others) = callbacks_without_activity(thread, covered);
                     self.found.never_executed.extend(others);
-                    timers.into_iter().map(Some).collect()
+                    let controllers = self.controllers_without_codel(index, thread);
+                    timers.into_iter().chain(controllers).map(Some).collect()
                 }
                 None => vec![None],
             };
@@ -1077,11 +1084,32 @@ impl<'db> SystemReader<'db> {
         found
     }
 
+    /// Returns the codels that the component of a control loop does not have, although its file has their controllers. A component where
+    /// none has the name that `mauve import` gives it may have any.
+    fn controllers_without_codel(&self, index: usize, thread: &DeclaredThread) -> Vec<Name> {
+        let ThreadPlace::Manager(manager) = thread.place else { return Vec::new() };
+        let Some(manager) = threads_in(self.db, thread.file).controllers.managers.get(manager) else {
+            return Vec::new();
+        };
+        let mut known: FxHashSet<&Name> = FxHashSet::default();
+        for activity in
+            self.found.activities.iter().filter(|it| it.declared_thread.is_some_and(|it| it.0 == index))
+        {
+            let codels = activity.component.and_then(|it| codels_of(self.db, self.project, it).as_deref());
+            known.extend(codels.unwrap_or_default().iter().map(|it| it.name(self.db)));
+        }
+        let in_loop = manager.controllers.iter().filter(|it| !it.has_thread());
+        let all: Vec<Name> = in_loop
+            .map(|it| ros2_identifier(&format!("{}/{}_update", manager.namespace(), it.name)).into())
+            .collect();
+        let are_named = all.iter().any(|it| known.contains(it));
+        all.into_iter().filter(|it| are_named && !known.contains(it)).collect()
+    }
+
     /// Refuses the activities that threads without an activity delay, and those of `SCHED_RR` that take turns.
     fn below_undeclared(&mut self) {
         let others = others_of(self.db, self.project.workspace(self.db), self.found.cpus);
         let threads = self.undeclared(&others);
-        let mut are_delaying = vec![false; threads.len()];
         for activity in self.found.activities.iter_mut().filter(|it| it.gateway.is_none()) {
             let cpus = activity.cpus.unwrap_or(CpuSet::ALL);
             let own = activity.priority;
@@ -1092,10 +1120,9 @@ impl<'db> SystemReader<'db> {
             if let Some(first) = threads.iter().find(|it| is_delayed(it)) {
                 activity.refuse(first.reason.clone(), activity.at.clone());
             }
-            are_delaying.iter_mut().zip(&threads).for_each(|(delays, it)| *delays |= is_delayed(it));
         }
         let mut facts: Vec<TimingFact<'db>> = Vec::new();
-        for (thread, _) in threads.into_iter().zip(are_delaying).filter(|it| it.1) {
+        for thread in threads {
             // A thread has one on each host.
             facts.extend(thread.fact.filter(|it| !facts.contains(it)));
         }
@@ -1224,7 +1251,7 @@ fn callbacks_without_activity(
         // Of two timers of one period, each needs an activity.
         match covered.iter().position(|it| *it == callback) {
             Some(index) => _ = covered.swap_remove(index),
-            None if is_timer(callback) => timers.push(callback.into()),
+            None if timer_period(callback).is_some() => timers.push(callback.into()),
             None => others.push((thread.id.clone(), Some(callback.into()))),
         }
     }

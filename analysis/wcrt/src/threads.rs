@@ -214,13 +214,9 @@ fn of_controllers(file: File, read: &ControllersFile) -> Vec<DeclaredThread> {
             period: Some(Time::from_nanos(2 * half_cycle)),
             ..thread(ThreadPlace::Manager(index), &manager.name, &manager.thread_priority, &manager.affinity)
         });
-        let namespace = manager.name.strip_suffix("/controller_manager").unwrap_or_default();
-        for (of, controller) in manager.controllers.iter().enumerate() {
-            if matches!(controller.is_async, YamlValue::Absent | YamlValue::Known { value: false, .. }) {
-                continue;
-            }
-            let (place, id) =
-                (ThreadPlace::Controller(index, of), format!("{namespace}/{}", controller.name));
+        for (of, controller) in manager.controllers.iter().enumerate().filter(|it| it.1.has_thread()) {
+            let id = format!("{}/{}", manager.namespace(), controller.name);
+            let place = ThreadPlace::Controller(index, of);
             let own = controller.update_rate.known().copied().filter(|it| (1..rate).contains(it));
             let halves = own.map_or(2, |own| 2 * u64::from(rate / own) - 1);
             found.push(DeclaredThread {

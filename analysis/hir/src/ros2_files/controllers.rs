@@ -88,6 +88,20 @@ pub struct ControllerManager {
     pub controllers: Vec<Controller>,
 }
 
+impl ControllerManager {
+    /// Returns the namespace of its controllers.
+    pub fn namespace(&self) -> &str {
+        self.name.strip_suffix("/controller_manager").unwrap_or_default()
+    }
+}
+
+impl Controller {
+    /// Returns whether it may have a thread of its own, and the control loop does not execute it.
+    pub fn has_thread(&self) -> bool {
+        !matches!(self.is_async, YamlValue::Absent | YamlValue::Known { value: false, .. })
+    }
+}
+
 /// A controller.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Controller {

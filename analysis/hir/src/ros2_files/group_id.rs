@@ -80,9 +80,9 @@ impl GroupId {
     }
 }
 
-/// Returns whether a callback in the id of a group is a timer.
-pub fn is_timer(callback: &str) -> bool {
-    callback.starts_with("Timer(")
+/// Returns the period of a callback in the id of a group, in nanoseconds; none of what is no timer.
+pub fn timer_period(callback: &str) -> Option<u64> {
+    callback.strip_prefix("Timer(")?.strip_suffix(')')?.parse().ok()
 }
 
 /// Returns an id without `@Waitable` at its end.

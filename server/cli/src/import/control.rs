@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use mauve_hir::ros2_files::{Controller, ControllersFile, YamlValue};
+use mauve_hir::ros2_files::{Controller, ControllersFile};
 use mauve_pwcet::trace::ros2_identifier;
 
 use super::names::{camel_case, unique};
@@ -28,8 +28,8 @@ impl ControlThread {
             name
         };
         let mut add = |thread: String, name: &str, codels: &[String]| {
-            // A file may have any text.
-            let is_name = |it: char| it.is_ascii_alphanumeric() || "_/*".contains(it);
+            // A file may have any text; what is no name, no program of ROS 2 has.
+            let is_name = |it: char| it.is_ascii_graphic() && !['"', '\\'].contains(&it);
             if thread.chars().all(is_name) {
                 let codels = codels.iter().map(|it| new(&ros2_identifier(it))).collect();
                 let (component, name) = (new(&camel_case(name)), new(name));
@@ -37,13 +37,9 @@ impl ControlThread {
             }
         };
         for manager in &file.managers {
-            let namespace = manager.name.strip_suffix("/controller_manager").unwrap_or_default();
-            let thread = |it: &Controller| format!("{namespace}/{}", it.name);
-            let is_in_loop = |it: &&Controller| {
-                matches!(it.is_async, YamlValue::Absent | YamlValue::Known { value: false, .. })
-            };
-            let (in_loop, apart): (Vec<&Controller>, Vec<_>) =
-                manager.controllers.iter().partition(is_in_loop);
+            let thread = |it: &Controller| format!("{}/{}", manager.namespace(), it.name);
+            let (apart, in_loop): (Vec<&Controller>, Vec<_>) =
+                manager.controllers.iter().partition(|it| it.has_thread());
             let [read, write] = ["read", "write"].map(|it| format!("{}_{it}", manager.name));
             let updates = in_loop.into_iter().map(|it| thread(it) + "_update");
             let codels: Vec<String> = std::iter::once(read).chain(updates).chain([write]).collect();
