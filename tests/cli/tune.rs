@@ -390,8 +390,8 @@ fn where_one_of_twelve_cannot_be_met_the_others_are_with_partly() {
         D at 1e-4: 6 of 12 deadlines met, as before
           nothing changes
 
-        no priority assignment meets every deadline: `a5` misses its deadline even without interference. Each of these alone
-        would be enough:
+        no priority assignment meets every deadline: `a5` misses its deadline even if no other thread delays it. Each of these
+        alone would be enough:
           `a5` takes at most 54 ms instead of 70 ms, or has a period of at least 77.8 ms instead of 60 ms
 
         nothing is written; `--partly` gives up deadlines, and writes values with which all others are met
@@ -511,8 +511,7 @@ fn ten(name: &str, deadline: u32) -> PathBuf {
 #[test]
 fn an_activity_that_is_late_alone_is_a_proof() {
     let found = run(&ten("late-alone", 29), &["--priorities"]);
-    let said =
-        "no priority assignment meets every deadline: `first` misses its deadline even without interference";
+    let said = "no priority assignment meets every deadline: `first` misses its deadline even if no other thread delays it";
     assert!(found.out.contains(said), "{}", found.out);
 }
 

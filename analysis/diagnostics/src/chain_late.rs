@@ -45,7 +45,7 @@ pub(super) fn report<'db>(
 ) -> Diagnostic<'db> {
     let (name, instance, part) = (&chain.name, &greatest.instance, &greatest.part);
     let advice = [
-        (part.wait, "shorten its period"),
+        (part.wait, "release it more often, as with a shorter period"),
         (part.buffer, "connect it with a smaller buffer, or read it more often"),
         (part.periods, "write in fewer periods"),
         (part.run, "shorten its response time"),

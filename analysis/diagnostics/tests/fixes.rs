@@ -169,7 +169,7 @@ fn the_chain_of_the_sample_robot_gets_its_assumptions() {
     let of_chains = left.iter().filter(|it| it.diagnostic.code.name.starts_with("chain-"));
     let messages: Vec<&str> = of_chains.map(|it| it.diagnostic.message.as_str()).collect();
     let late = "chain `avoid` is too slow: ✗ ≤ 526 / 500 ms; largest part: `guidance`, 160 ms of 526 ms \
-                (hokuyo 100 ms, guidance 160 ms, switch 156 ms, p3dx_driver 110 ms): shorten its period";
+                (hokuyo 100 ms, guidance 160 ms, switch 156 ms, p3dx_driver 110 ms): release it more often, as with a shorter period";
     assert_eq!(messages, [late]);
 }
 

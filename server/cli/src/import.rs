@@ -45,7 +45,10 @@ impl Import {
         let mut reader = TraceReader::default();
         let mut times = Times::default();
         let is_yaml = |path: &PathBuf| path.extension().is_some_and(|it| it == "yaml" || it == "yml");
-        let (files, recordings): (Vec<PathBuf>, Vec<PathBuf>) = self.paths.into_iter().partition(is_yaml);
+        let mut paths = self.paths;
+        paths.sort();
+        paths.dedup();
+        let (files, recordings): (Vec<PathBuf>, Vec<PathBuf>) = paths.into_iter().partition(is_yaml);
         for recording in &recordings {
             let said = |error: &TraceError| trace_error(recording, error);
             let source = Source::of(recording).map_err(|error| said(&error))?;
@@ -80,16 +83,19 @@ impl Import {
             match added.transpose() {
                 Ok(added) => {
                     let controllers = system.controllers.iter().map(|it| &it.0);
-                    let all = std::iter::once(&system.threads.path).chain(controllers);
-                    for path in all.filter(|it| it.starts_with("..")) {
-                        text += &format!(
-                            "`{path}` is not in the project: unless both are in one repository, commands read it only with --allow-outside\n"
-                        );
-                    }
+                    let mut all = std::iter::once(&system.threads.path).chain(controllers);
                     if added.is_some() {
                         text += &format!("added the executions to {}\n", folder.join(SAMPLES).display());
                     }
-                    let of = argument(folder);
+                    let of = match all.find(|it| it.starts_with("..")) {
+                        Some(path) => {
+                            text += &format!(
+                                "`{path}` is not in the project: unless both are in one repository, commands read it only with --allow-outside\n"
+                            );
+                            format!("--allow-outside {}", argument(folder))
+                        }
+                        None => argument(folder),
+                    };
                     text += &format!("Next: mauve check {of}; mauve tune --priorities --cpus {of}\n");
                 }
                 Err(message) => {
@@ -148,7 +154,9 @@ fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<ReadFiles, Str
         } else if !controllers.managers.is_empty() {
             found.controllers.push((path_of(file), controllers));
         } else if paths.is_empty() {
-            say(&format!("`{shown}` has no `callback_groups`, no controller manager and no `named_paths`"));
+            return Err(format!(
+                "`{shown}` has no `callback_groups`, no controller manager and no `named_paths`"
+            ));
         }
         found.paths.extend(paths);
     }
@@ -159,16 +167,26 @@ fn read_files(files: &[PathBuf], folder: Option<&Path>) -> Result<ReadFiles, Str
 fn written(folder: &Path, system: &System<'_>) -> Result<String, String> {
     let failed = |error: std::io::Error| format!("cannot create `{}`: {error}", folder.display());
     std::fs::create_dir_all(destination_folder(folder)?).map_err(failed)?;
-    let mut text = String::new();
+    if folder.join("mauve.toml").exists() && !folder.join("system.mal").exists() {
+        return Err(format!(
+            "`{}` has another project: name a folder without `mauve.toml`",
+            folder.display()
+        ));
+    }
+    let (mut text, mut is_kept) = (String::new(), false);
     for (name, content) in model::files(system) {
         let path = folder.join(name);
         let place = destination(&path)?;
         if place.exists() {
             text += &format!("kept {}\n", path.display());
+            is_kept = true;
             continue;
         }
         create(&place, &content).map_err(|error| format!("cannot write `{}`: {error}", path.display()))?;
         text += &format!("wrote {}\n", path.display());
+    }
+    if is_kept {
+        text += "What is kept has your edits, and nothing new: import into another folder to see what would be new\n";
     }
     Ok(text)
 }

@@ -402,7 +402,7 @@ fn conflict_text(conflict: &Conflict) -> String {
     let Conflict { activities, kind, remedies } = conflict;
     let mut out = match activities.as_slice() {
         [] => "".to_owned(),
-        [one] => format!(": `{one}` misses its deadline even without interference"),
+        [one] => format!(": `{one}` misses its deadline even if no other thread delays it"),
         all => {
             let smallest = match kind {
                 ConflictKind::Smallest => "no fewer activities are such a set",

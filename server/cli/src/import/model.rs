@@ -169,13 +169,14 @@ impl<'a> Model<'a> {
         let mut model = Model { parts, outside, control, system };
         model.set_deadlines();
         model.set_threads();
-        let chains = system.paths.iter().map(|path| model.chain(path)).collect();
+        let mut names = BTreeSet::new();
+        let chains = system.paths.iter().map(|path| model.chain(path, &mut names)).collect();
         (model, chains)
     }
 
     /// Returns the section of a chain. A node that gets data by one callback and passes it on by another one keeps it: the first has an
     /// output for the second.
-    fn chain(&mut self, path: &NamedPath) -> String {
+    fn chain(&mut self, path: &NamedPath, names: &mut BTreeSet<String>) -> String {
         let name = comment(&path.name);
         let mut steps: Vec<usize> = Vec::new();
         for node in &path.nodes {
@@ -198,11 +199,12 @@ impl<'a> Model<'a> {
         };
         let instance = |step: &usize| self.parts.get(*step).map_or("", |it| it.callback.name.as_str());
         let [from, to] = [first, last].map(instance);
+        let own = unique(&ros2_identifier(&path.name), |it| names.contains(it));
+        names.insert(own.clone());
         let through: Vec<String> = through.iter().map(|it| format!("\"{}\"", instance(it))).collect();
         format!(
-            "\n# With a limit, such as `latency = \"500 ms\"`, `mauve check` compares it.\n[chains.\"{}\"]\nfrom = \"{from}.{from}\"\n\
+            "\n# With a limit, such as `latency = \"500 ms\"`, `mauve check` compares it.\n[chains.\"{own}\"]\nfrom = \"{from}.{from}\"\n\
              to = \"{to}.{to}\"\nthrough = [{}]\n",
-            ros2_identifier(&path.name),
             through.join(", ")
         )
     }
@@ -698,9 +700,11 @@ arm: { controller_manager: { ros__parameters: { joints: { type: broadcasters/Joi
         };
         let nodes =
             vec![node("/eye", "", "/seen"), node("/head", "/seen", "/goal"), node("/hand", "/goal", "")];
+        // Two files may have a path of one name.
+        let again = NamedPath { name: "reach".to_owned(), nodes: nodes.clone() };
         let reach = NamedPath { name: "reach".to_owned(), nodes };
         let lost = NamedPath { name: "lost\n[x]".to_owned(), nodes: vec![node("/eye", "", "/other")] };
-        let (files, errors) = checked(&graph, vec![reach, lost]);
+        let (files, errors) = checked(&graph, vec![reach, lost, again]);
         assert_eq!(errors, Vec::<String>::new());
         let model = &files["system.mal"];
         assert!(model.contains(r#"  // a\u{a}*/ "b\u{202e}\u{2028}"#), "{model}");
@@ -713,6 +717,7 @@ arm: { controller_manager: { ros__parameters: { joints: { type: broadcasters/Joi
             ),
             "{config}"
         );
+        assert!(config.contains("[chains.\"reach\"]") && config.contains("[chains.\"reach_2\"]"), "{config}");
         assert!(config.contains("# The path lost\\u{a}[x] gives no chain"), "{config}");
     }
 
