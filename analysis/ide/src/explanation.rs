@@ -178,7 +178,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
             let ends = format!("it ends {length} after the start of the window");
             format!("job {job} of the busy window has the largest response time: {ends}")
         }));
-        notes.extend(window.and_then(|window| counted(activity, window)));
+        notes.extend(window.and_then(counted));
         notes.extend(exceeded_deadline(activity));
         // The first job of the activity may be released at the critical instant.
         let is_whole = window.is_none_or(|it| it.counted == Counted::Whole);
@@ -266,15 +266,13 @@ pub fn blocking_priorities(report: &Report<'_>) -> &'static str {
 }
 
 /// Returns which part of the window counts, unless all of it does.
-fn counted(activity: &ActivityReport<'_>, window: &Window) -> Option<String> {
+fn counted(window: &Window) -> Option<String> {
     match window.counted {
         Counted::Whole => None,
-        Counted::UntilRelease(_) => {
-            let thread = activity.thread.as_ref()?;
-            Some(format!(
-                "counts what the thread `{thread}` has to execute when the job is released, and no later job of it"
-            ))
-        }
+        Counted::UntilRelease(_) => Some(
+            "counts what its thread has to execute when the job is released, and no later job of it"
+                .to_owned(),
+        ),
         Counted::Rounds => Some(format!(
             "counts {} jobs at most of each other activity in its thread, which executes one of each in a round",
             window.job + 1
@@ -380,12 +378,10 @@ impl<'db> Sum<'db> {
         let others = report.others().iter().map(Summand::other);
         let rows = others.chain(report.activities.iter().enumerate().map(|(other, it)| {
             let before = if other < index { "before" } else { "after" };
-            let thread = it.thread.as_ref().filter(|_| it.is_mate(activity));
-            let in_thread = thread.map(|thread| format!("{before} it in the thread `{thread}`"));
-            let in_queue = it.thread.as_ref().filter(|_| it.is_queued_with(activity));
-            let in_thread = in_thread.or(in_queue.map(|thread| format!("in the thread `{thread}`")));
+            let in_thread = it.is_mate(activity).then(|| format!("{before} it in its thread"));
+            let in_queue = it.is_queued_with(activity).then(|| "in its thread".to_owned());
             let row = Summand::activity(it);
-            Summand { note: in_thread.or(row.note), ..row }
+            Summand { note: in_thread.or(in_queue).or(row.note), ..row }
         }));
         let by_name: HashMap<Name, Summand<'db>> = rows.map(|row| (row.name.clone(), row)).collect();
         let interference = report.breakdown(&interrupt).of(index).into_iter().map(|it| {

@@ -385,7 +385,7 @@ fn check(markdown: &str, report: &ActivityReport<'_>, seen: &mut Seen) {
         ("in bursts", report.task.burst() > 1),
         ("beside bursts", has_row("(in bursts of ")),
         ("released by data", report.task.is_sporadic),
-        ("in a thread", has_row("it in the thread `")),
+        ("in a thread", has_row("it in its thread")),
         ("with calls", calls > 0),
         ("with overhead", overhead > 0),
         ("with waits", report.task.waits.is_some()),
@@ -504,11 +504,11 @@ fn threads_bursts_and_releases_by_data_are_named() {
     expect![[r#"
         ✓ 6 / 10 ms ▰▰▰▱▱▱ 60 %, slack 4 ms at 1e-4
 
-                                                 priority      jobs  time
-        own time                                        2  1 × 2 ms  2 ms  ██████▋
-        imu (before it in the thread `drivers`)         2  1 × 1 ms  1 ms  ███▍
-        can (in bursts of 3)                            3  3 × 1 ms  3 ms  ██████████
-        response time                                                6 ms
+                                       priority      jobs  time
+        own time                              2  1 × 2 ms  2 ms  ██████▋
+        imu (before it in its thread)         2  1 × 1 ms  1 ms  ███▍
+        can (in bursts of 3)                  3  3 × 1 ms  3 ms  ██████████
+        response time                                      6 ms
 
         costliest period: 2 ms, update
 

@@ -65,12 +65,8 @@ impl Lane<'_, '_> {
         if of_thread.peek().is_none() || !of_thread.all(is_simple) {
             return Ok(());
         }
-        // The jobs of a thread with a list end with its last task.
-        let end_of = |other: usize| {
-            let mates = self.members.get(other).thread.iter();
-            let mates = mates.map(|it| known[self.members.places.binary_search(it).ok()?]);
-            mates.chain([known[other]]).reduce(|one, it| Some(one?.max(it?))).flatten()
-        };
+        // The jobs of a thread with a list may execute until the end of its last task.
+        let end_of = |other: usize| known[other].filter(|_| self.members.get(other).thread.is_empty());
         let others = self.interfering(place).into_iter().map(|it| Some((it, end_of(it)?)));
         let Some(others) = others.collect::<Option<Vec<(usize, u64)>>>() else { return Ok(()) };
         let (mut length, mut budget) = (1, self.budget());

@@ -18,8 +18,9 @@ use rustc_hash::FxHashMap;
 
 use crate::fact::{LackingLevel, TimingFact, TimingFactKind};
 use crate::gateway::moved;
-use crate::locks::{DeclaredLock, codels_of, declared_locks};
+use crate::locks::{DeclaredLock, declared_locks};
 use crate::path_fold::{Folded, PathFigure, folded};
+use crate::psm::codels_of;
 use crate::reason::Timed;
 use crate::sends::{sends_of, sends_of_operation};
 use crate::served::MOST_OPERATIONS;

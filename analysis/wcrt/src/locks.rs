@@ -5,14 +5,13 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, all_roots, behaviour_of, config_file, config_of, core_of,
-    names_of, platform_of, similar,
+    Decl, File, Location, ModelDb, Project, all_roots, config_file, config_of, names_of, platform_of, similar,
 };
 use mauve_timing::{Blocking, CpuSet, Level, Lock, LockUser, Priority, Protocol, Time};
 use rustc_hash::FxHashMap;
 
 use crate::fact::{Recorded, TimingFact, TimingFactKind};
-use crate::psm::{OtherTimes, is_readable};
+use crate::psm::{OtherTimes, codels_of};
 use crate::reason::{LockReason, Reason, Refusal, Timed};
 use crate::system::{ResolvedActivity, System};
 use crate::timetable::{Lookup, Timetable, observed_files, observed_in, timetable_of};
@@ -128,23 +127,6 @@ fn compare<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File, found: 
             found.facts.push(TimingFact::new(at, kind));
         }
     }
-}
-
-/// Returns the codels that a component may execute in its thread; `None` if its programs are not known.
-#[salsa::tracked(returns(ref))]
-pub(crate) fn codels_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    component: Decl<'db>,
-) -> Option<Vec<Decl<'db>>> {
-    if !is_readable(db, project, component) {
-        return None;
-    }
-    let behaviour = behaviour_of(db, project, core_of(db, project, component)?);
-    let mut codels: Vec<Decl<'db>> = behaviour.executed().flat_map(|program| program.cost.codels()).collect();
-    codels.sort_by_cached_key(|codel| codel.qualified(db));
-    codels.dedup();
-    Some(codels)
 }
 
 /// The locks of a deployment at one level.

@@ -17,7 +17,8 @@ use mauve_timing::{CpuSet, Lateness, Level, Method, NoLateness, Priority, Status
 use crate::excesses::JobExecutions;
 use crate::executions::{HOUR, executions_of};
 use crate::fact::TimingFact;
-use crate::locks::{codels_of, declared_locks, unknown_codel};
+use crate::locks::{declared_locks, unknown_codel};
+use crate::psm::codels_of;
 use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
 use crate::system::{System, system_of};

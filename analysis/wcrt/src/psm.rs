@@ -378,6 +378,20 @@ pub(crate) fn is_readable<'db>(db: &'db dyn ModelDb, project: Project<'db>, comp
     behaviour_behind(db, project, component).is_ok()
 }
 
+/// Returns the codels that a component may execute in its thread; `None` if its programs are not known.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn codels_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+) -> Option<Vec<Decl<'db>>> {
+    let behaviour = behaviour_behind(db, project, component).ok()?;
+    let mut codels: Vec<Decl<'db>> = behaviour.executed().flat_map(|program| program.cost.codels()).collect();
+    codels.sort_by_cached_key(|codel| codel.qualified(db));
+    codels.dedup();
+    Some(codels)
+}
+
 /// What a component executes for each call of an operation that it provides.
 pub(crate) struct ExecutedOperation<'db> {
     /// The execution time, with the overhead of a job, which a call between two periods has. Or why it is unknown.

@@ -10,7 +10,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{TimingFact, TimingFactKind};
 use crate::gateway::Gateway;
-use crate::locks::codels_of;
+use crate::psm::codels_of;
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, ThreadReason, UnknownPriority};
 use crate::serving::{Serving, errors_and_items, serving_of};
 use crate::table_set::{TableSet, all_tables_of, tables_of_host};
@@ -1091,13 +1091,10 @@ impl<'db> SystemReader<'db> {
         let Some(manager) = threads_in(self.db, thread.file).controllers.managers.get(manager) else {
             return Vec::new();
         };
-        let mut known: FxHashSet<&Name> = FxHashSet::default();
-        for activity in
-            self.found.activities.iter().filter(|it| it.declared_thread.is_some_and(|it| it.0 == index))
-        {
-            let codels = activity.component.and_then(|it| codels_of(self.db, self.project, it).as_deref());
-            known.extend(codels.unwrap_or_default().iter().map(|it| it.name(self.db)));
-        }
+        let is_loop = |it: &&ResolvedActivity<'_>| it.declared_thread.is_some_and(|it| it.0 == index);
+        let components = self.found.activities.iter().filter(is_loop).filter_map(|it| it.component);
+        let codels = components.filter_map(|it| codels_of(self.db, self.project, it).as_deref()).flatten();
+        let known: FxHashSet<&Name> = codels.map(|it| it.name(self.db)).collect();
         let in_loop = manager.controllers.iter().filter(|it| !it.has_thread());
         let all: Vec<Name> = in_loop
             .map(|it| ros2_identifier(&format!("{}/{}_update", manager.namespace(), it.name)).into())

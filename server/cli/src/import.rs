@@ -173,20 +173,19 @@ fn written(folder: &Path, system: &System<'_>) -> Result<String, String> {
             folder.display()
         ));
     }
-    let (mut text, mut is_kept) = (String::new(), false);
+    let mut text = String::new();
     for (name, content) in model::files(system) {
         let path = folder.join(name);
         let place = destination(&path)?;
         if place.exists() {
             text += &format!("kept {}\n", path.display());
-            is_kept = true;
             continue;
         }
         create(&place, &content).map_err(|error| format!("cannot write `{}`: {error}", path.display()))?;
         text += &format!("wrote {}\n", path.display());
     }
-    if is_kept {
-        text += "What is kept has your edits, and nothing new: import into another folder to see what would be new\n";
+    if text.lines().any(|it| it.starts_with("kept ")) {
+        text += "Kept files have your edits, and nothing new: import into another folder to see what would be new\n";
     }
     Ok(text)
 }

@@ -21,6 +21,7 @@
 
 use std::ops::Range;
 
+use mauve_syntax::similar;
 use mauve_timing::CpuSet;
 
 use super::problem::{ExpectedValue, FileProblem, FileProblemKind};
@@ -271,6 +272,9 @@ fn manager(reader: &mut ValueReader<'_>, sections: &[NodeSection], own: &NodeSec
     let yaml = reader.yaml;
     let parameters = Parameters::of(&own.pattern, sections);
     let namespace = own.pattern.strip_suffix("/controller_manager").unwrap_or(&own.pattern);
+    // A manager has many parameters; these are read here.
+    const READ: [&str; 3] = ["update_rate", "thread_priority", "cpu_affinity"];
+    reader.unknown_keys(own.parameters, |key| READ.contains(&key) || similar(key, READ).is_none());
     let mut names: Vec<_> = parameters.sections.iter().flat_map(|it| types(yaml, it.0.parameters)).collect();
     // The spawner of controllers takes a type from the controller's own section, too.
     names.extend(sections.iter().filter_map(|section| {
@@ -550,6 +554,12 @@ predictive:
             (it.affinity, problems),
             (YamlValue::Absent, vec![FileProblemKind::UnknownKey("affinity".to_owned())])
         );
+        // A manager has parameters that are not read here.
+        let keys = "thread_prioritty: 3, cpu_affinitys: 1, lock_memory: true, defaults.allow: true";
+        let file = read_controllers(&format!("controller_manager: {{ros__parameters: {{{keys}}}}}\n"));
+        let unread: Vec<_> = file.problems.into_iter().map(|it| it.kind).collect();
+        let unknown = |it: &str| FileProblemKind::UnknownKey(it.to_owned());
+        assert_eq!(unread, [unknown("thread_prioritty"), unknown("cpu_affinitys")]);
         // The values of another file are unknown.
         let file = read_controllers(
             "controller_manager: {ros__parameters: {a: {type: p/A, params_file: x.yaml}}}\n",

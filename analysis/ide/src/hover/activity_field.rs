@@ -297,11 +297,11 @@ platform.cpu_sets.big = [2]
                 ---
                 **✓ 4 / 14.2857 ms** ▰▱▱▱▱▱ 29 %, slack 10.285714 ms at 1e-4, with assumed times
 
-                |                                                             | priority |     jobs | time |            |
-                | :---------------------------------------------------------- | :------: | -------: | ---: | :--------- |
-                | own time                                                    | 30       | 1 × 2 ms | 2 ms | ██████████ |
-                | [`laser`](file:///model.mal#L8) (before it in the thread `pair`) (with assumed times) | 30       | 1 × 2 ms | 2 ms | ██████████ |
-                | **response time**                                               |          |          | **4 ms** |            |
+                |                                                      | priority |     jobs | time |            |
+                | :--------------------------------------------------- | :------: | -------: | ---: | :--------- |
+                | own time                                             | 30       | 1 × 2 ms | 2 ms | ██████████ |
+                | [`laser`](file:///model.mal#L8) (before it in its thread) (with assumed times) | 30       | 1 × 2 ms | 2 ms | ██████████ |
+                | **response time**                                        |          |          | **4 ms** |            |
 
                 costliest period: 2 ms, `update`
 
