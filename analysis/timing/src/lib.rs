@@ -45,6 +45,7 @@
 //! | `lock.rs` | [`Lock`]: its users, and what it may do to a task |
 //! | `locks.rs` | for how long lower priorities delay the users of locks |
 //! | `queue.rs` | threads that execute jobs in the order of their releases |
+//! | `rounds.rs` | threads that execute one job of each task in a round |
 //! | `not_preempted.rs` | jobs that are not preempted once they have begun |
 //! | `arrivals.rs` | how often data releases tasks, from what their writers do |
 //! | `releases.rs` | this for each task of a set |

@@ -144,7 +144,7 @@ impl<'db> Completer<'_, 'db> {
             ([_, EQ, L_BRACK, ..], Some(ActivityField::Instances)) => self.listed_instances(),
             ([_, EQ], Some(ActivityField::Instances)) => self.skeleton("[…]", "[$1]"),
             ([_, EQ], Some(ActivityField::Thread)) => self.threads(),
-            ([_, EQ], Some(ActivityField::Order)) => self.words(&["fifo", "any"]),
+            ([_, EQ], Some(ActivityField::Order)) => self.words(&["fifo", "any", "rounds"]),
             ([_, EQ], Some(ActivityField::Preemptive)) => self.words(&["false", "true"]),
             ([_, EQ], Some(ActivityField::Rate)) => self.skeleton("30 Hz", "${1:30} Hz"),
             ([_, EQ], _) => self.value_of(Some(Type::INT)),
