@@ -72,9 +72,10 @@ class Node : public RTT::TaskContext {
       CHECK(number > last);
       last.store(number);
     }
-    // Counted before others read the value: who waits for it looks at the number then.
-    ++periods;
+    // A reader counts before others have the value, which `main` waits for; a source when its write is over: its readers may go then.
+    if (!is_source) ++periods;
     if (number > 0) out.write(number);
+    if (is_source) ++periods;
   }
 
   RTT::OutputPort<std::uint64_t> out;
