@@ -192,12 +192,16 @@ fn declared(file: File, place: ThreadPlace, entry: &ThreadEntry) -> Option<Decla
 fn of_controllers(file: File, read: &ControllersFile) -> Vec<DeclaredThread> {
     let mut found = Vec::new();
     for (index, manager) in read.managers.iter().enumerate() {
+        let is_uncertain = matches!(manager.update_rate, YamlValue::Unknown(_))
+            || manager.controllers.iter().any(|it| matches!(it.is_async, YamlValue::Unknown(_)));
         let thread = |place, id: &str, priority: &YamlValue<u8>, cpus: &YamlValue<CpuSet>| DeclaredThread {
             file,
             place,
             id: id.into(),
             group: None,
+            // What a wildcard perhaps says of the rate, the CPUs or the thread of a controller may be worse.
             priority: match priority {
+                _ if is_uncertain || matches!(cpus, YamlValue::Unknown(_)) => Priority::Unknown,
                 YamlValue::Unknown(_) => Priority::Unknown,
                 it => Priority::RealTime(it.known().copied().unwrap_or(DEFAULT_THREAD_PRIORITY).into()),
             },

@@ -184,9 +184,6 @@ fn written(folder: &Path, system: &System<'_>) -> Result<String, String> {
         create(&place, &content).map_err(|error| format!("cannot write `{}`: {error}", path.display()))?;
         text += &format!("wrote {}\n", path.display());
     }
-    if text.lines().any(|it| it.starts_with("kept ")) {
-        text += "Kept files have your edits, and nothing new: import into another folder to see what would be new\n";
-    }
     Ok(text)
 }
 
