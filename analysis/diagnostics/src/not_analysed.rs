@@ -29,6 +29,7 @@
 //! in its own time. A period for `pilot` bounds it.
 
 use super::*;
+use mauve_hir::ros2_files::timer_period;
 use mauve_wcrt::Refusal;
 
 pub(super) fn report<'db>(
@@ -50,7 +51,7 @@ pub(super) fn thread_without_activity<'db>(
     has_priority: bool,
 ) -> Diagnostic<'db> {
     let what = match (timer, has_priority) {
-        (Some(codel), _) if !codel.contains('(') => {
+        (Some(codel), _) if timer_period(codel).is_none() => {
             "call a codel of this name in the component of its activity, for the controller of the file".to_owned()
         }
         (Some(timer), _) => {

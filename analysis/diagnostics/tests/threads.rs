@@ -491,6 +491,23 @@ fn a_control_loop_has_its_rate_priority_and_cpus() {
     "#]].assert_eq(&controlled(&both, &CONTROLLERS.replace("98", "\"98\"")));
 }
 
+/// What a wildcard perhaps says of a node may be worse than the default, and than what another section says.
+#[test]
+fn an_uncertain_rate_cpu_or_thread_of_a_control_loop_has_no_figures() {
+    let both = "activity a { thread = \"/controller_manager\" }\nactivity b { thread = \"/plan\" }\n";
+    for perhaps in [
+        "/*: { ros__parameters: { update_rate: 2000 } }\n",
+        "/*: { ros__parameters: { cpu_affinity: [1] } }\n",
+        "/*/plan: { ros__parameters: { is_async: false } }\n",
+    ] {
+        let found = controlled(both, &(CONTROLLERS.to_owned() + perhaps));
+        assert!(
+            found.contains("a not-analysed: it has no priority") && !found.contains("met"),
+            "{perhaps}{found}"
+        );
+    }
+}
+
 #[test]
 fn callbacks_of_one_entry_have_one_thread() {
     let group = "/a@Subscription(/x)@Timer(10000000)";

@@ -100,11 +100,10 @@ impl Lane<'_, '_> {
         }
         let Some(latest) = latest else { return Ok(()) };
         self.enter_late_job(found, latest, Method::Psm.min(self.options.method))?;
-        let in_window =
-            |(other, response): (usize, u64)| (self.members.get(other).index, Time::from_nanos(response));
+        let late = others.into_iter().map(|(it, end)| (self.members.get(it).index, Time::from_nanos(end)));
         let window = found.response.window.as_mut();
         if let Some(window) = window.filter(|it| it.counted == Counted::Rounds && it.late.is_empty()) {
-            window.late = others.into_iter().map(in_window).collect();
+            window.late = late.collect();
             found.response.first_job = found.response.first_job.min(first_job);
         }
         Ok(())
@@ -136,7 +135,7 @@ mod tests {
     use crate::testing::simple;
     use crate::{Options, response_times};
 
-    /// The bounds of tasks of one thread, of which the first few are timers, with others on its CPU.
+    /// Returns the bounds of `of_thread`, the tasks of one thread, and of `others` on its CPU. The first `timers` tasks are periodic.
     fn bounds(order: Order, timers: usize, of_thread: &[(u64, u64)], others: &[Task]) -> Vec<u64> {
         let task = |(index, &(period, cost)): (usize, &(u64, u64))| Task {
             thread: Some(0),

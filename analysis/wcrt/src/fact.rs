@@ -67,7 +67,7 @@ pub enum TimingFactKind<'db> {
     FieldWithoutOther { of: Decl<'db>, id: SourceId, field: ActivityField },
     /// The readers of a file of threads ignore what is there, or disagree on it.
     ThreadFile(FileProblemKind),
-    /// No activity of a deployment has a thread, or this timer of it, which may delay others.
+    /// No activity of a deployment has a thread, or this timer of it, or the codel of a controller in it.
     ThreadWithoutActivity { of: Decl<'db>, id: Name, timer: Option<Name>, has_priority: bool },
     /// The first activity in the thread of an activity has another value of a field.
     OtherInThread { thread: Name, field: ActivityField, first: Location<'db> },

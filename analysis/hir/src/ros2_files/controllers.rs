@@ -97,7 +97,7 @@ impl ControllerManager {
 }
 
 impl Controller {
-    /// Returns whether it may have a thread of its own, and the control loop does not execute it.
+    /// Returns whether it may have a thread of its own. The control loop does not execute it then, unless `is_async` is unknown.
     pub fn has_thread(&self) -> bool {
         !matches!(self.is_async, YamlValue::Absent | YamlValue::Known { value: false, .. })
     }

@@ -623,7 +623,8 @@ impl<'a> Engine<'a> {
     /// Begins the next part of a task: a call, or the edge of a job. Returns whether there is one.
     fn begin(&mut self, index: usize) -> bool {
         let mates = Rc::clone(&self.threads[index].mates);
-        let is_new_round = mates.iter().all(|&mate| !self.threads[mate].is_in_round);
+        let is_new_round = self.threads[index].order == Order::Rounds
+            && mates.iter().all(|&mate| !self.threads[mate].is_in_round);
         for &mate in mates.iter().filter(|_| is_new_round) {
             let task = &mut self.threads[mate];
             task.is_in_round = task.finished < task.released;
